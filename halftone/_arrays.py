@@ -1,0 +1,160 @@
+"""Pictures on their way to a method: checked arrays that give float32 light, band by band.
+
+A :class:`Source` never changes the array it was made from and never holds a float copy of integer
+codes: it decodes the band that is asked for. What a code means is said by the caller, as a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from halftone.errors import InputError, UsageError
+
+__all__ = ["BAND_ROWS", "LUMINANCE", "Light", "Source", "as_pixels", "check_finite"]
+
+Light = NDArray[np.float32]
+Codes = NDArray[Any]
+
+BAND_ROWS = 64
+"""Rows handled at a time: small enough for the cache, large enough to hide the call."""
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Luminance of linear R, G, B with the BT.709 primaries and D65 white (ITU-R BT.709-6, item 3.2)."""
+
+NONFINITE = ("error", "clip")
+
+
+def as_pixels(image: Any) -> Codes:
+    """*image* as an array of shape (M, N) or (M, N, 3): uint8, uint16, uint32 or float32 codes.
+
+    PIL images, NumPy arrays and nested lists of floats are taken; bool becomes uint8 0 or 255.
+    Nothing is rescaled. Raises :class:`InputError` for any other type or shape, or for 0 pixels.
+    """
+    if hasattr(image, "getbands") and hasattr(image, "mode"):  # a PIL image, without importing PIL
+        image = _from_pil(image)
+    try:
+        array = np.asarray(image)
+    except ValueError as error:
+        raise InputError(f"the picture is not an array: {error}") from error
+    if array.ndim == 3 and array.shape[2] == 1:
+        array = array[:, :, 0]
+    if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] != 3):
+        raise InputError(
+            f"a picture of shape {array.shape} was given; allowed: (M, N) gray or (M, N, 3) RGB. "
+            "Composite an alpha channel over a background first, or let halftone.convert do it"
+        )
+    if array.size == 0:
+        raise InputError(f"the picture has no pixels: its shape is {array.shape}")
+    kind = array.dtype.kind
+    if kind == "b":
+        return np.where(array, np.uint8(255), np.uint8(0))
+    if kind == "f":
+        with np.errstate(over="ignore"):  # a float64 beyond float32 becomes inf: judged as such
+            return array.astype(np.float32, copy=False)
+    if array.dtype in (np.uint8, np.uint16, np.uint32):
+        return array
+    raise InputError(
+        f"a picture of type {array.dtype} was given; allowed: uint8, uint16, uint32 codes or floats "
+        "of linear light. Convert with .astype(np.uint8), or divide by the white value"
+    )
+
+
+def _from_pil(image: Any) -> Codes:
+    mode = image.mode
+    if mode in ("1", "L", "I;16", "F", "RGB"):
+        array = np.asarray(image)
+        return array.astype(np.uint16) if mode == "I;16" else array
+    if mode in ("P", "CMYK", "YCbCr", "LAB", "HSV"):
+        image = image.convert("RGBA" if "transparency" in image.info else "RGB")
+        mode = image.mode
+    if mode == "RGB":
+        return np.asarray(image)
+    raise InputError(
+        f"a PIL image of mode {mode} was given; allowed: 1, L, I;16, F, P, RGB, CMYK, YCbCr. "
+        "Composite an alpha channel over a background first, or let halftone.convert do it"
+    )
+
+
+@dataclass(frozen=True)
+class Source:
+    """A gray or RGB picture that gives linear light.
+
+    pixels : (M, N) or (M, N, 3), float32 light, or codes that *table* decodes.
+    table : float32 light of every code, or None where pixels are light already.
+    steps : functions applied to the light of each band, in order (range, brightness, …).
+    """
+
+    pixels: Codes
+    table: Light | None = None
+    steps: tuple[Callable[[Light], Light], ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.pixels.shape[0], self.pixels.shape[1]
+
+    def codes(self) -> tuple[Codes, Light] | None:
+        """Codes of shape (M, N) with the light of each, all steps applied; None if light varies."""
+        if self.table is None or self.pixels.ndim != 2:
+            return None
+        light = self.table
+        for step in self.steps:
+            light = step(light)
+        return self.pixels, light
+
+    def band(self, start: int, stop: int) -> Light:
+        """Light of rows start … stop−1: float32, (rows, N), C-contiguous, not to be changed."""
+        light = self._decoded(self.pixels[start:stop])
+        for step in self.steps:
+            light = step(light)
+        return np.ascontiguousarray(light, np.float32)
+
+    def then(self, *steps: Callable[[Light], Light]) -> Source:
+        """The same picture with further steps; a table takes them at once, once for all pixels."""
+        if self.codes() is not None:
+            table = self.table
+            for step in (*self.steps, *steps):
+                table = step(table)  # type: ignore[arg-type]
+            return Source(self.pixels, table)
+        return replace(self, steps=self.steps + steps)
+
+    def _decoded(self, rows: Codes) -> Light:
+        light = rows if self.table is None else np.take(self.table, rows)
+        if light.ndim == 2:
+            return light
+        # In float64, so that a neutral pixel keeps its value to the last bit.
+        red, green, blue = (light[:, :, c].astype(np.float64) for c in range(3))
+        luminance = LUMINANCE[0] * red + LUMINANCE[1] * green + LUMINANCE[2] * blue
+        return luminance.astype(np.float32)
+
+
+def check_finite(source: Source, policy: str) -> Source:
+    """*source* without NaN and infinity, by *policy*.
+
+    ``error`` refuses them and names the first; ``clip`` makes NaN black and ±inf the lightest and
+    the darkest light a float32 holds, which the range rule then brings to white and black.
+    """
+    if policy not in NONFINITE:
+        raise UsageError(f"nonfinite='{policy}' is unknown; allowed: {', '.join(NONFINITE)}")
+    if source.pixels.dtype.kind != "f":
+        return source
+    for start in range(0, source.shape[0], BAND_ROWS):
+        finite = np.isfinite(source.pixels[start : start + BAND_ROWS])
+        if finite.all():
+            continue
+        if policy == "clip":
+            limit = np.finfo(np.float32).max
+            light = np.nan_to_num(source.pixels, nan=0.0, posinf=limit, neginf=-limit)
+            return replace(source, pixels=light)
+        row, column = (int(i) for i in np.argwhere(~finite)[0][:2])
+        value = source.pixels[start + row, column]
+        raise InputError(
+            f"the picture holds NaN or infinity: {value} at row {start + row}, column {column}; "
+            "allowed: finite light. Give nonfinite='clip' (--nonfinite clip) to show NaN as black "
+            "and infinite light as white"
+        )
+    return source

@@ -1,0 +1,165 @@
+"""Error diffusion: what a pixel could not show is carried on to its neighbours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from halftone.dithering.base import NO_CLAIM, Claim, Job
+from halftone.dithering.filters import FILTERS, ErrorFilter
+from halftone.dithering.ordered import check_strength, only
+from halftone.errors import UsageError, near
+from halftone.tone.levels import Levels
+
+__all__ = ["ErrorDiffusion", "FloydSteinberg"]
+
+BUCKETS = 1024
+"""Entries of the table that finds the nearest level; from there on it is a short walk up."""
+
+# Error that waits below the last row is missing from a patch: about ¼ of a step a pixel for every
+# row of the filter's depth. Filters of two and three rows need larger patches for the same bound.
+_SIDES = {1: 192, 2: 288, 3: 384}
+
+
+@dataclass(frozen=True)
+class ErrorDiffusion:
+    """Error diffusion with an error filter, for any levels (Floyd & Steinberg 1976).
+
+    filter : an :class:`ErrorFilter` or the name of a canonical one.
+    serpentine : odd rows are scanned backwards, with the filter mirrored.
+    from_right : the first row starts at the right; the picture is the mirror image of what the
+    mirrored input gives from the left.
+    strength : share of the error that is passed on, 0 (nearest level) … 1.
+
+    Error that would fall off the picture's sides or bottom is dropped, as in the definition. 8-bit
+    codes whose light is linear go to two levels 0 and 1 by Floyd–Steinberg in integer arithmetic,
+    in units of 1/16 code; everything else is computed in float32 light.
+    """
+
+    filter: ErrorFilter = FILTERS["floyd-steinberg"]
+    serpentine: bool = True
+    strength: float = 1.0
+    from_right: bool = False
+
+    def __post_init__(self) -> None:
+        if isinstance(self.filter, str):
+            if self.filter not in FILTERS:
+                raise UsageError(near(self.filter, FILTERS, "error filter"))
+            object.__setattr__(self, "filter", FILTERS[self.filter])
+        check_strength(self.strength)
+
+    @property
+    def claim(self) -> Claim:
+        if not self.filter.conserves or self.strength != 1:
+            return NO_CLAIM
+        return Claim("exact", side=_SIDES.get(self.filter.depth, 128 * (self.filter.depth + 1)))
+
+    @property
+    def source(self) -> str:
+        return self.filter.source
+
+    needs = "kernel"
+
+    def text(self) -> str:
+        parts = [self.filter.name]
+        if not self.serpentine:
+            parts.append("raster")
+        if self.from_right:
+            parts.append("right")
+        if self.strength != 1:
+            parts.append(f"strength={self.strength:g}")
+        return ":".join(parts)
+
+    def with_options(self, **options: Any) -> ErrorDiffusion:
+        only(self.text(), options, "strength", "serpentine")
+        return replace(self, **options)
+
+    def halftoner(self, job: Job) -> _Light | _Codes:
+        if self._integer(job):
+            return _Codes(self, job)
+        return _Light(self, job)
+
+    def _integer(self, job: Job) -> bool:
+        coded = job.source.codes()
+        return (
+            self.filter == FILTERS["floyd-steinberg"]
+            and self.strength == 1
+            and coded is not None
+            and coded[0].dtype == np.uint8
+            and np.array_equal(job.levels.distinct, [0, 1])
+            and np.array_equal(coded[1], (np.arange(256) / 255).astype(np.float32))
+        )
+
+
+def FloydSteinberg(**options: Any) -> ErrorDiffusion:  # noqa: N802 (reads as a method's name)
+    """Error diffusion by Floyd & Steinberg 1976; options as in :class:`ErrorDiffusion`."""
+    return ErrorDiffusion(FILTERS["floyd-steinberg"], **options)
+
+
+class _Light:
+    """State of the float32 kernel between bands: the ring of carries, and one row of errors."""
+
+    parallel = False
+
+    def __init__(self, method: ErrorDiffusion, job: Job) -> None:
+        width = job.source.shape[1]
+        taps = method.filter.taps
+        share = {t[:2]: np.float32(t[2] * method.strength / method.filter.divisor) for t in taps}
+        self.left = [float(share.pop((0, dx), 0)) for dx in (1, 2)]
+        self.dy = np.array([dy for dy, _ in share], np.int64)
+        self.dx = np.array([dx for _, dx in share], np.int64)
+        self.weight = np.array(list(share.values()), np.float32)
+        self.carry = np.zeros((method.filter.depth + 1, width), np.float32)
+        self.error = np.zeros(width + 2 * method.filter.reach, np.float32)
+        self.scan = (int(method.serpentine), int(method.from_right))
+        self.job = job
+        self.middle = job.levels.middles()
+        self.bucket, self.scale = _buckets(job.levels, self.middle)
+
+    def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
+        from halftone.dithering._diffusion_kernels import diffuse_light
+
+        levels = self.job.levels
+        diffuse_light(
+            self.job.source.band(start, stop), out, self.carry, self.error,
+            self.dy, self.dx, self.weight, *self.left,
+            levels.distinct, self.middle, levels.index, self.bucket, self.scale,
+            start, *self.scan,
+        )  # fmt: skip
+
+
+class _Codes:
+    """State of the integer kernel between bands."""
+
+    parallel = False
+
+    def __init__(self, method: ErrorDiffusion, job: Job) -> None:
+        width = job.source.shape[1]
+        self.carry = np.zeros(width, np.int32)
+        self.error = np.zeros(width + 2, np.int32)
+        self.scan = (int(method.serpentine), int(method.from_right))
+        self.job = job
+
+    def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
+        from halftone.dithering._diffusion_kernels import diffuse_codes
+
+        codes = np.ascontiguousarray(self.job.source.pixels[start:stop])
+        index = self.job.levels.index
+        diffuse_codes(codes, out, self.carry, self.error, index, start, *self.scan)
+
+
+def _buckets(levels: Levels, middle: NDArray[np.float32]) -> tuple[NDArray[np.uint8], float]:
+    """A table over darkest … lightest of the nearest level at the start of each bucket.
+
+    The kernel takes ⌊(v − darkest)·scale⌋ in float32; a bucket starts one bucket early, which is
+    more than any rounding of that product, and the walk up does the rest.
+    """
+    darkest, lightest = float(levels.darkest), float(levels.lightest)
+    scale = np.float32((BUCKETS - 1) / (lightest - darkest))
+    if not np.isfinite(scale):
+        return np.zeros(1, np.uint8), 0.0
+    edge = darkest + (np.arange(BUCKETS) - 1) / float(scale)
+    return np.searchsorted(middle, edge, side="right").astype(np.uint8), float(scale)

@@ -1,0 +1,178 @@
+"""Picture files in: OpenImageIO's pixels as stored, with what their codes mean.
+
+Everything that can go wrong is found before or while reading, in this order: no such file, not a
+picture, no pixels, too large for the memory limit (from the header alone), damaged.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from halftone.errors import InputFileError
+
+__all__ = ["DEFAULT_LIMIT", "Picture", "read_picture"]
+
+DEFAULT_LIMIT = 4 << 30
+"""Bytes of memory that a picture may take unless the caller says otherwise."""
+
+BYTES_PER_PIXEL = 12
+"""Beside the stored pixels: light as float32, once resized, and level indices, with some room."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Pixels as stored, upright.
+
+    pixels : (M, N) or (M, N, 3), integer codes or floats. alpha : (M, N) of the same type, or
+    None. premultiplied : whether the pixels are already weighted by alpha, in light.
+    encoding : what the codes mean, as the file says. dpi : as the file says, or None.
+    """
+
+    pixels: NDArray[Any]
+    alpha: NDArray[Any] | None
+    premultiplied: bool
+    encoding: str
+    dpi: tuple[float, float] | None
+    name: str
+
+
+def read_picture(path: str | Path, limit: int = DEFAULT_LIMIT) -> Picture:
+    """Read the first image of a file, or of stdin for ``-``."""
+    name = "stdin" if str(path) == "-" else str(path)
+    with _opened(path, name, limit) as file:
+        spec = file.spec()
+        _check_size(spec, name, limit)
+        pixels = file.read_image(0, 0, 0, spec.nchannels, "unknown")
+        # Some readers return pixels for a truncated file: the error message tells.
+        trouble = file.geterror()
+        if pixels is None or trouble:
+            raise InputFileError(f"'{name}' is damaged or cut off: {_line(trouble)}")
+    return _picture(np.asarray(pixels), spec, name)
+
+
+@contextmanager
+def _opened(path: str | Path, name: str, limit: int) -> Iterator[Any]:
+    if name == "stdin":
+        data = sys.stdin.buffer.read(limit + 1)
+        if len(data) > limit:
+            raise InputFileError(f"stdin holds more than {limit >> 20} MiB; raise --max-memory")
+        if not data:
+            raise InputFileError("stdin is empty: no picture was piped in")
+        # OpenImageIO reads files only; this one has no place on a disk.
+        handle = os.memfd_create("halftone-stdin")
+        try:
+            with os.fdopen(os.dup(handle), "wb") as memory:
+                memory.write(data)
+            yield _open(f"/proc/self/fd/{handle}", name)
+        finally:
+            os.close(handle)
+        return
+    try:
+        if Path(path).is_dir():
+            raise InputFileError(f"'{name}' is a folder; name the pictures in it")
+        with open(path, "rb") as probe:
+            empty = not probe.read(1)
+    except OSError as error:
+        raise InputFileError(f"'{name}' cannot be read: {error.strerror}") from None
+    if empty:
+        raise InputFileError(f"'{name}' is empty (0 bytes)")
+    yield _open(str(path), name)
+
+
+def _open(path: str, name: str) -> Any:
+    import OpenImageIO as oiio
+
+    wish = oiio.ImageSpec()
+    wish.attribute("oiio:UnassociatedAlpha", 1)  # codes as stored, not multiplied as if linear
+    file = oiio.ImageInput.open(path, wish)
+    if file is None:
+        raise InputFileError(f"'{name}' is not a picture that can be read: {_line(oiio.geterror())}")
+    return file
+
+
+def _check_size(spec: Any, name: str, limit: int) -> None:
+    pixels = spec.width * spec.height
+    if pixels <= 0 or spec.nchannels < 1:
+        raise InputFileError(f"'{name}' has no pixels: it is {spec.width} × {spec.height}")
+    need = pixels * (spec.nchannels * spec.format.size() + BYTES_PER_PIXEL)
+    if need > limit:
+        raise InputFileError(
+            f"'{name}' is {spec.width} × {spec.height} × {spec.nchannels} and would take about "
+            f"{need >> 20} MiB; allowed: {limit >> 20} MiB. Raise --max-memory (max_memory=) or "
+            "make the picture smaller first"
+        )
+
+
+def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
+    if pixels.ndim == 2:
+        pixels = pixels[:, :, None]
+    names = [str(c).upper().rpartition(".")[2] for c in spec.channelnames]
+    alpha = None
+    if "A" in names[: pixels.shape[2]] and pixels.shape[2] in (2, 4):
+        alpha = _upright(pixels[:, :, names.index("A")], spec)
+    colours = 3 if pixels.shape[2] >= 3 else 1
+    body = _upright(pixels[:, :, :3] if colours == 3 else pixels[:, :, 0], spec)
+    if body.dtype.kind == "f":
+        body = body.astype(np.float32, copy=False)
+    elif body.dtype not in (np.uint8, np.uint16, np.uint32):
+        raise InputFileError(f"'{name}' holds {body.dtype} pixels; allowed: unsigned or float")
+    return Picture(
+        pixels=body,
+        alpha=alpha,
+        premultiplied=not spec.get_int_attribute("oiio:UnassociatedAlpha", 0),
+        encoding=_encoding(spec, body.dtype),
+        dpi=_dpi(spec),
+        name=name,
+    )
+
+
+def _encoding(spec: Any, dtype: np.dtype[Any]) -> str:
+    """What the file says of its codes; integers are sRGB and floats are light unless it does."""
+    if dtype.kind == "f":
+        return "linear"
+    space = spec.get_string_attribute("oiio:ColorSpace", "").lower()
+    if space.startswith("lin"):
+        return "linear"
+    gamma = spec.get_float_attribute("oiio:Gamma", 0.0)
+    if space.startswith(("g18", "g22", "g24", "g26")):
+        return f"gamma:{int(space[1:3]) / 10}"
+    if space.startswith("gamma") and gamma > 0:
+        return f"gamma:{gamma:.4g}"
+    return "srgb"
+
+
+def _dpi(spec: Any) -> tuple[float, float] | None:
+    unit = spec.get_string_attribute("ResolutionUnit", "none").lower()
+    scale = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(unit)
+    across = spec.get_float_attribute("XResolution", 0.0)
+    down = spec.get_float_attribute("YResolution", 0.0)
+    if scale is None or across <= 0 or down <= 0:
+        return None
+    return across * scale, down * scale
+
+
+def _upright(pixels: NDArray[Any], spec: Any) -> NDArray[Any]:
+    """Undo the EXIF orientation 1 … 8 (TIFF 6.0, tag 274)."""
+    orientation = spec.get_int_attribute("Orientation", 1)
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return np.ascontiguousarray(pixels)
+
+
+def _line(message: str) -> str:
+    """The first line of a library's message."""
+    lines = [line.strip() for line in message.splitlines() if line.strip()]
+    return lines[0] if lines else "no reason given"
