@@ -17,13 +17,10 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 __all__ = ["Kernel", "kernel", "kernels"]
 
-_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": False}
-_LIBC = {"memset", "memcpy", "memmove"}
 _SCALARS = {"i8": "i64", "f4": "float", "f8": "double"}
 _REGISTRY: list[Kernel] = []
 _LOCK = threading.Lock()
@@ -58,10 +55,15 @@ class Kernel:
 
     def __call__(self, *arguments: Any) -> None:
         if self._call is None:
-            with _LOCK:
-                if self._call is None:
-                    self._call = self._load()
-        self._call(*arguments)
+            self.prepare()
+        self._call(*arguments)  # type: ignore[misc]
+
+    def prepare(self) -> str:
+        """Load or compile, without a call; returns where the code came from."""
+        with _LOCK:
+            if self._call is None:
+                self._call = self._load()
+        return self.origin
 
     def _load(self) -> Callable[..., None]:
         if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):

@@ -1,0 +1,160 @@
+"""Device profiles: what a device can show, as data.
+
+A profile is a TOML file whose keys are the fields of :class:`DeviceProfile`. Ours lie in
+``devices/profiles``; a user's own in ``$XDG_CONFIG_HOME/halftone/profiles`` (usually
+``~/.config/halftone/profiles``) come first. A path to a ``.toml`` file is taken too.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from halftone.errors import DeviceNotFoundError, UsageError, near
+from halftone.packing import Packing
+from halftone.tone.levels import Levels
+
+__all__ = ["DeviceProfile", "folders", "load", "names"]
+
+_OURS = Path(__file__).parent / "profiles"
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceProfile:
+    """A device.
+
+    name : as ``--device`` takes it. title : one line for people.
+    provenance : where the figures come from, and what was not measured.
+    width, height : dots; None is any (height: a roll).
+    dpi_x, dpi_y : dots per inch across and down, or None.
+    level_luminance : a text form or a list of luminances, as ``levels`` of ``halftone.dither``;
+    1 is the device's white.
+    bits, bit_order, codes : as in :class:`halftone.packing.Packing`.
+    default_method : a method's text form, or None for the product's default.
+    """
+
+    name: str
+    title: str
+    provenance: str
+    level_luminance: str | int | tuple[float, ...] = 2
+    width: int | None = None
+    height: int | None = None
+    dpi_x: float | None = None
+    dpi_y: float | None = None
+    bits: int = 1
+    bit_order: str = "msb"
+    codes: tuple[int, ...] | None = None
+    default_method: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "dpi_x", "dpi_y"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value <= 1_000_000:
+                raise UsageError(f"profile '{self.name}': {name} = {value}; allowed: 1 … 1,000,000")
+        if (self.dpi_x is None) != (self.dpi_y is None):
+            raise UsageError(f"profile '{self.name}': give both dpi_x and dpi_y, or neither")
+        if len(self.levels) > 1 << self.packing.bits:
+            raise UsageError(
+                f"profile '{self.name}': {len(self.levels)} levels do not fit into {self.bits} bits"
+            )
+        if self.codes is not None and len(self.codes) != len(self.levels):
+            raise UsageError(
+                f"profile '{self.name}': {len(self.codes)} codes for {len(self.levels)} levels"
+            )
+
+    @cached_property
+    def levels(self) -> Levels:
+        """The luminance of every level."""
+        return Levels.of(self.level_luminance)
+
+    @cached_property
+    def packing(self) -> Packing:
+        """How the device wants its pixels."""
+        return Packing(self.bits, self.bit_order, self.codes)
+
+    @property
+    def dpi(self) -> tuple[float, float] | None:
+        if self.dpi_x is None or self.dpi_y is None:
+            return None
+        return self.dpi_x, self.dpi_y
+
+    @property
+    def method(self) -> str | None:
+        return self.default_method
+
+
+def load(name: str | Path) -> DeviceProfile:
+    """The profile called *name*, or in the ``.toml`` file *name*.
+
+    Raises :class:`DeviceNotFoundError` for an unknown name and :class:`UsageError` for a profile
+    with a mistake, naming the key and the nearest allowed one.
+    """
+    if str(name).endswith(".toml"):
+        path = Path(name)
+        if not path.is_file():
+            raise DeviceNotFoundError(f"no device profile '{name}': there is no such file")
+        return _read(path)
+    for folder in folders():
+        path = folder / f"{name}.toml"
+        if path.is_file():
+            return _read(path)
+    raise DeviceNotFoundError(near(str(name), names(), "device"))
+
+
+def names() -> list[str]:
+    """All profiles, by name."""
+    return sorted({path.stem for folder in folders() for path in folder.glob("*.toml")})
+
+
+def folders() -> list[Path]:
+    """Folders that are searched, the user's own first."""
+    found = [_OURS]
+    base = os.environ.get("XDG_CONFIG_HOME")
+    try:
+        own = (Path(base) if base else Path.home() / ".config") / "halftone" / "profiles"
+    except RuntimeError:  # no home folder
+        return found
+    return [own, *found]
+
+
+def _read(path: Path) -> DeviceProfile:
+    try:
+        with open(path, "rb") as file:
+            data = tomllib.load(file)
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"profile '{path}' is not TOML: {error}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise DeviceNotFoundError(f"profile '{path}' cannot be read: {error}") from None
+    allowed = {f.name: f for f in fields(DeviceProfile)}
+    values: dict[str, Any] = {"name": path.stem}
+    for key, value in data.items():
+        if key not in allowed:
+            raise UsageError(f"profile '{path}': {near(key, allowed, 'key')}")
+        values[key] = _checked(path, key, value, str(allowed[key].type))
+    try:
+        return DeviceProfile(**values)
+    except TypeError:
+        missing = [k for k in ("title", "provenance") if k not in values]
+        raise UsageError(f"profile '{path}': {' and '.join(missing)} missing") from None
+
+
+def _checked(path: Path, key: str, value: Any, annotation: str) -> Any:
+    """*value* if it has one of the types of its field; lists become tuples."""
+    if isinstance(value, list):
+        value = tuple(value)
+    kinds: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (float, int)}
+    allowed = tuple(t for part in annotation.split(" | ") for t in kinds.get(part, ()))
+    numbers = isinstance(value, tuple) and all(
+        isinstance(v, int | float) and not isinstance(v, bool) for v in value
+    )
+    if isinstance(value, bool) or not (
+        isinstance(value, allowed) or ("tuple" in annotation and numbers)
+    ):
+        kind = annotation.replace("tuple[float, ...]", "list of numbers")
+        kind = kind.replace("tuple[int, ...]", "list of integers").replace(" | None", "")
+        raise UsageError(f"profile '{path}': {key} = {value!r}; allowed: {kind}")
+    return value

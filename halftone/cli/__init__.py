@@ -1,0 +1,84 @@
+"""The command ``halftone``. Each subcommand is a module, loaded when it is run."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+__all__ = ["main"]
+
+_COMMANDS = {
+    "convert": "pictures to what a device can show, as PNG, PBM, PGM, TIFF or packed bytes",
+    "demo": "one strip: a photograph and what five limited devices show of it",
+    "list": "methods, devices, encodings and level ladders",
+    "cache": "the compiled kernels kept for this user: warm, info, clear",
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: error: {message} (see {self.prog} --help)\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with *argv* and return its exit code."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # no BLAS here: its threads only cost time
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(arguments)
+    except KeyboardInterrupt:
+        return _fail("interrupted", 130)
+    except BrokenPipeError:
+        return 1
+    except MemoryError:
+        return _fail("out of memory: lower --max-memory refuses such a picture before it is read", 1)
+    except Exception as error:
+        from halftone.errors import HalftoneError
+
+        if isinstance(error, HalftoneError):
+            return _fail(str(error), error.exit_code)
+        if os.environ.get("HALFTONE_TRACEBACK"):
+            raise
+        what = f"{type(error).__name__}: {error}".splitlines()[0]
+        return _fail(f"internal error, {what} (HALFTONE_TRACEBACK=1 shows where)", 1)
+
+
+def _run(arguments: list[str]) -> int:
+    from importlib import import_module
+
+    command = next((a for a in arguments if not a.startswith("-")), None)
+    parser = _Parser(
+        prog="halftone",
+        description="Halftoning for devices that can show only a few intensities.",
+        epilog="Exit codes: 0 ok, 1 other, 2 usage, 3 input file, 4 no device, 5 device fault, "
+        "6 measured error too large, 130 interrupted.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=_version())
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    for name, purpose in _COMMANDS.items():
+        sub = subparsers.add_parser(name, help=purpose, description=purpose, allow_abbrev=False)
+        if name == command:  # only the one that is run says what it takes
+            module = import_module(f"halftone.cli.{'listing' if name == 'list' else name}")
+            module.arguments(sub)
+            sub.set_defaults(run=module.run)
+    options = parser.parse_args(arguments)
+    if options.command is None:
+        parser.print_help()
+        return 0
+    return int(options.run(options))
+
+
+def _version() -> str:
+    from halftone import __version__
+
+    return f"halftone {__version__}"
+
+
+def _fail(message: str, code: int) -> int:
+    line = " ".join(message.split())
+    print(f"halftone: {line}", file=sys.stderr)
+    return code

@@ -1,0 +1,87 @@
+"""``halftone list``: what there is, with claims and sources."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+__all__ = ["arguments", "run"]
+
+_WHAT = ("methods", "devices", "encodings", "levels")
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("what", choices=_WHAT, metavar="|".join(_WHAT))
+    parser.add_argument("--json", action="store_true", help="as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    rows = {"methods": _methods, "devices": _devices, "encodings": _encodings, "levels": _levels}[
+        options.what
+    ]()
+    if options.json:
+        import json
+
+        print(json.dumps(rows, indent=1, ensure_ascii=False))
+        return 0
+    table = [list(rows[0]), *([str(v) for v in row.values()] for row in rows)]
+    widths = [max(len(line[c]) for line in table) for c in range(len(table[0]))]
+    for line in table:
+        print("  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip())
+    return 0
+
+
+def _methods() -> list[dict[str, Any]]:
+    from halftone.dithering.registry import ALIASES, methods
+
+    return [
+        {
+            "method": name,
+            "tone": str(method.claim),
+            "runs on": method.needs,
+            "also": " ".join(a for a, n in ALIASES.items() if n == name and ":" not in a),
+            "source": method.source,
+        }
+        for name, method in methods().items()
+    ]
+
+
+def _devices() -> list[dict[str, Any]]:
+    from halftone.cli.console import our_devices
+
+    profile = our_devices()
+    rows = []
+    for name in profile.names():
+        made = profile.load(name)
+        size = f"{made.width or 'any'} × {made.height or 'any'}"
+        dpi = "—" if made.dpi is None else f"{made.dpi[0]:g}"
+        rows.append(
+            {
+                "device": name,
+                "dots": size,
+                "dpi": dpi,
+                "levels": len(made.levels),
+                "bits": made.bits,
+                "title": made.title,
+            }
+        )
+    return rows
+
+
+def _encodings() -> list[dict[str, Any]]:
+    return [
+        {"encoding": "srgb", "meaning": "IEC 61966-2-1, the default for integer codes"},
+        {"encoding": "bt709", "meaning": "ITU-R BT.709, as PNM files are by their specification"},
+        {"encoding": "gamma:G", "meaning": "light = code^G, as gamma:2.2"},
+        {"encoding": "linear", "meaning": "the codes are light, the default for floats"},
+    ]
+
+
+def _levels() -> list[dict[str, Any]]:
+    return [
+        {"levels": "N", "meaning": "N evenly spaced codes of sRGB, or of --gamma"},
+        {"levels": "uniform-linear:N", "meaning": "equal differences of light"},
+        {"levels": "lstar:N", "meaning": "equal steps of CIE L*"},
+        {"levels": "log:I0:N", "meaning": "equal ratios from black I0 to 1, I0 usually 0.005 … 0.025"},
+        {"levels": "Y0,Y1,…", "meaning": "measured luminances, darkest first, 1 = white"},
+    ]
