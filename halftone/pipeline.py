@@ -17,8 +17,8 @@ import numpy as np
 
 from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite
 from halftone._parallel import bands, count_workers, for_each_band
-from halftone.dithering import Job, Method
-from halftone.dithering import method as find_method
+from halftone.dithering.base import Job, Method
+from halftone.dithering.registry import method as find_method
 from halftone.errors import InputError, UsageError
 from halftone.frame import Frame
 from halftone.images.read import DEFAULT_LIMIT, Picture, read_picture

@@ -1,25 +1,35 @@
-"""Halftoning methods: from linear light to level indices."""
+"""Halftoning methods: from linear light to level indices. A family is loaded when it is used."""
 
-from halftone.dithering.base import Claim, Job, Method
-from halftone.dithering.diffusion import ErrorDiffusion, FloydSteinberg
-from halftone.dithering.filters import FILTERS, ErrorFilter
-from halftone.dithering.noise import RandomDither
-from halftone.dithering.ordered import Ordered
-from halftone.dithering.registry import method, methods
-from halftone.dithering.threshold import Nearest, Threshold
+from __future__ import annotations
 
-__all__ = [
-    "FILTERS",
-    "Claim",
-    "ErrorDiffusion",
-    "ErrorFilter",
-    "FloydSteinberg",
-    "Job",
-    "Method",
-    "Nearest",
-    "Ordered",
-    "RandomDither",
-    "Threshold",
-    "method",
-    "methods",
-]
+from typing import Any
+
+_PUBLIC = {
+    "FILTERS": "filters",
+    "Claim": "base",
+    "ErrorDiffusion": "diffusion",
+    "ErrorFilter": "filters",
+    "FloydSteinberg": "diffusion",
+    "Job": "base",
+    "Method": "base",
+    "Nearest": "threshold",
+    "Ordered": "ordered",
+    "RandomDither": "noise",
+    "Threshold": "threshold",
+    "method": "registry",
+    "methods": "registry",
+}
+
+__all__ = [*_PUBLIC]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_PUBLIC[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(_PUBLIC)

@@ -39,7 +39,7 @@ class ErrorDiffusion:
     in units of 1/16 code; everything else is computed in float32 light.
     """
 
-    filter: ErrorFilter = FILTERS["floyd-steinberg"]
+    filter: ErrorFilter | str = FILTERS["floyd-steinberg"]
     serpentine: bool = True
     strength: float = 1.0
     from_right: bool = False

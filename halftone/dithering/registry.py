@@ -2,24 +2,75 @@
 
 Case, ``-``, ``_`` and blanks do not matter. After the name come parts, divided by ``:``:
 ``stucki:raster``, ``random:triangular``, ``threshold:otsu``, ``fs:strength=0.8``, and
-``ed:7,3,5,1/16`` for four weights of one's own.
+``ed:7,3,5,1/16`` for four weights of one's own. Only the family that is named is loaded.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import cache
+from importlib import import_module
+from typing import Any, NamedTuple
 
 from halftone.dithering.base import Method
-from halftone.dithering.diffusion import ErrorDiffusion
-from halftone.dithering.filters import FILTERS, four_weights
-from halftone.dithering.noise import RandomDither
-from halftone.dithering.ordered import Ordered
-from halftone.dithering.threshold import Nearest, Threshold
 from halftone.errors import UsageError, near
-from halftone.screens.bayer import SIZES, bayer
 
-__all__ = ["ALIASES", "method", "methods"]
+__all__ = ["ALIASES", "NAMES", "method", "methods"]
+
+
+class _Family(NamedTuple):
+    """A module, its words (``raster``) as options, its numbers (``seed=3``), its bare value."""
+
+    module: str
+    words: dict[str, dict[str, Any]]
+    numbers: dict[str, Callable[[str], Any]]
+    bare: str | None = None
+
+
+_FAMILIES = {
+    "none": _Family("threshold", {n: {"by": n} for n in ("arithmetic", "ratio")}, {}),
+    "threshold": _Family("threshold", {"otsu": {"at": "otsu"}}, {}, "at"),
+    "random": _Family(
+        "noise",
+        {n: {"noise": n} for n in ("uniform", "triangular")},
+        {"strength": float, "seed": int},
+    ),
+    "bayer": _Family("ordered", {}, {"strength": float}),
+    "diffusion": _Family(
+        "diffusion",
+        {
+            "raster": {"serpentine": False},
+            "serpentine": {"serpentine": True},
+            "right": {"from_right": True},
+        },
+        {"strength": float},
+    ),
+}
+
+_DIFFUSION = (
+    "floyd-steinberg",
+    "false-floyd-steinberg",
+    "jarvis-judice-ninke",
+    "stucki",
+    "burkes",
+    "sierra",
+    "sierra-two-row",
+    "sierra-lite",
+    "atkinson",
+    "stevenson-arce",
+    "shiau-fan",
+    "shiau-fan-2",
+)
+_BAYER = (2, 4, 8, 16)
+
+NAMES: dict[str, str] = {
+    "none": "none",
+    "threshold": "threshold",
+    "random": "random",
+    **{f"bayer{n}": "bayer" for n in _BAYER},
+    **dict.fromkeys(_DIFFUSION, "diffusion"),
+}
+"""Canonical names, each with its family, in the order in which they are listed."""
 
 ALIASES = {
     "nearest": "none",
@@ -36,19 +87,15 @@ ALIASES = {
     "shiau-fan-1": "shiau-fan",
     "noise": "random",
     "otsu": "threshold:otsu",
-    **{f"bayer{n}x{n}": f"bayer{n}" for n in SIZES},
-    **{f"o{n}x{n}": f"bayer{n}" for n in SIZES},
-    **{f"ordered:bayer{n}": f"bayer{n}" for n in SIZES},
+    **{f"bayer{n}x{n}": f"bayer{n}" for n in _BAYER},
+    **{f"o{n}x{n}": f"bayer{n}" for n in _BAYER},
+    **{f"ordered:bayer{n}": f"bayer{n}" for n in _BAYER},
 }
 
 
 def methods() -> dict[str, Method]:
-    """All canonical names with the method each stands for, in the order of the families."""
-    found: dict[str, Method] = {"none": Nearest(), "threshold": Threshold()}
-    found["random"] = RandomDither()
-    found |= {f"bayer{n}": Ordered(bayer(n)) for n in SIZES}
-    found |= {name: ErrorDiffusion(made) for name, made in FILTERS.items()}
-    return found
+    """All canonical names with the method each stands for."""
+    return {name: method(name) for name in NAMES}
 
 
 def method(spec: str | Method, **options: Any) -> Method:
@@ -59,7 +106,7 @@ def method(spec: str | Method, **options: Any) -> Method:
     given = {name: value for name, value in options.items() if value is not None}
     if not isinstance(spec, str):
         if isinstance(spec, type) or not hasattr(spec, "halftoner"):
-            raise UsageError(f"method={spec!r}; allowed: a name, or a method such as FloydSteinberg()")
+            raise UsageError(f"method={spec!r}; allowed: a name, or a method as FloydSteinberg()")
         return spec.with_options(**given) if given else spec
     name, *parts = _canonical(spec).split(":")
     made = _make(spec, name, parts)
@@ -67,72 +114,73 @@ def method(spec: str | Method, **options: Any) -> Method:
 
 
 def _canonical(spec: str) -> str:
-    text = spec.strip().lower()
-    forms = {_key(name): name for name in methods()}
-    forms |= {_key(alias): name for alias, name in ALIASES.items()}
-    for cut in range(text.count(":") + 1):  # the longest name first: ordered:bayer8
-        parts = text.split(":")
-        head, tail = parts[: len(parts) - cut], parts[len(parts) - cut :]
-        if _key(":".join(head)) in forms:
-            return ":".join([forms[_key(":".join(head))], *tail])
-    return text
+    """*spec* with its name in canonical form; the longest name first, as in ordered:bayer8."""
+    parts = spec.strip().lower().split(":")
+    forms = _forms()
+    for count in range(len(parts), 0, -1):
+        name = forms.get(_key(":".join(parts[:count])))
+        if name is not None:
+            return ":".join([name, *parts[count:]])
+    return ":".join(parts)
+
+
+@cache
+def _forms() -> dict[str, str]:
+    return {_key(name): name for name in NAMES} | {_key(a): name for a, name in ALIASES.items()}
 
 
 def _key(name: str) -> str:
-    return "".join(c for c in name.lower() if c not in "-_ ")
+    return "".join(c for c in name if c not in "-_ ")
 
 
 def _make(spec: str, name: str, parts: list[str]) -> Method:
+    weights = None
     if name == "ed" and parts:
-        name = f"ed:{parts.pop(0)}"
-    elif name not in methods():
-        raise UsageError(near(name, [*methods(), *ALIASES], "method"))
+        weights, family = parts.pop(0), _FAMILIES["diffusion"]
+    elif name in NAMES:
+        family = _FAMILIES[NAMES[name]]
+    else:
+        raise UsageError(near(name, [*NAMES, *ALIASES], "method"))
     options: dict[str, Any] = {}
-    words: dict[str, Callable[[], None]] = {}
-    if name in FILTERS or name.startswith("ed:"):
-        words = {
-            "raster": lambda: options.update(serpentine=False),
-            "serpentine": lambda: options.update(serpentine=True),
-            "right": lambda: options.update(from_right=True),
-        }
-    elif name == "random":
-        words = {n: lambda n=n: options.update(noise=n) for n in ("uniform", "triangular")}  # type: ignore[misc]
-    elif name == "none":
-        words = {n: lambda n=n: options.update(by=n) for n in ("arithmetic", "ratio")}  # type: ignore[misc]
-    numbers = {"strength": float} if name not in ("none", "threshold") else {}
-    if name == "random":
-        numbers["seed"] = int  # type: ignore[assignment]
     for part in parts:
         key, _, value = part.partition("=")
-        if part in words:
-            words[part]()
-        elif key in numbers and value:
-            options[key] = _number(numbers[key], value, spec)
-        elif name == "threshold" and part == "otsu":
-            options["at"] = part
-        elif name == "threshold":
-            options["at"] = _number(float, part, spec)
+        if part in family.words:
+            options |= family.words[part]
+        elif key in family.numbers and value:
+            options[key] = _number(family.numbers[key], value, spec)
+        elif family.bare:
+            options[family.bare] = _number(float, part, spec)
         else:
-            known = [*words, *(f"{n}=…" for n in numbers)]
-            hint = ", ".join(known) if known else "nothing"
-            raise UsageError(f"'{part}' in the method '{spec}' is unknown; allowed after {name}: {hint}")
-    return _build(name, options, spec)
+            known = [*family.words, *(f"{n}=…" for n in family.numbers)]
+            raise UsageError(
+                f"'{part}' in the method '{spec}' is unknown; allowed after {name}: {', '.join(known)}"
+            )
+    module = import_module(f"halftone.dithering.{family.module}")
+    return _build(module, name, weights, options, spec)
 
 
-def _build(name: str, options: dict[str, Any], spec: str) -> Method:
+def _build(module: Any, name: str, weights: str | None, options: dict[str, Any], spec: str) -> Method:
+    made: Method
     if name == "none":
-        return Nearest(**options)
-    if name == "threshold":
-        return Threshold(**options)
-    if name == "random":
-        return RandomDither(**options)
-    if name.startswith("bayer"):
-        return Ordered(bayer(int(name.removeprefix("bayer"))), **options)
-    if name.startswith("ed:"):
-        weights, _, divisor = name.removeprefix("ed:").partition("/")
-        values = tuple(_number(float, w, spec) for w in weights.split(","))
-        return ErrorDiffusion(four_weights(values, _number(float, divisor or "1", spec)), **options)
-    return ErrorDiffusion(FILTERS[name], **options)
+        made = module.Nearest(**options)
+    elif name == "threshold":
+        made = module.Threshold(**options)
+    elif name == "random":
+        made = module.RandomDither(**options)
+    elif name.startswith("bayer"):
+        from halftone.screens.bayer import bayer
+
+        made = module.Ordered(bayer(int(name.removeprefix("bayer"))), **options)
+    elif weights is None:
+        made = module.ErrorDiffusion(name, **options)
+    else:
+        from halftone.dithering.filters import four_weights
+
+        values, _, divisor = weights.partition("/")
+        shares = tuple(_number(float, w, spec) for w in values.split(","))
+        divided = four_weights(shares, _number(float, divisor or "1", spec))
+        made = module.ErrorDiffusion(divided, **options)
+    return made
 
 
 def _number(kind: Callable[[str], Any], text: str, spec: str) -> Any:
