@@ -19,10 +19,6 @@ __all__ = ["ErrorDiffusion", "FloydSteinberg"]
 BUCKETS = 1024
 """Entries of the table that finds the nearest level; from there on it is a short walk up."""
 
-# Error that waits below the last row is missing from a patch: about ¼ of a step a pixel for every
-# row of the filter's depth. Filters of two and three rows need larger patches for the same bound.
-_SIDES = {1: 192, 2: 288, 3: 384}
-
 
 @dataclass(frozen=True)
 class ErrorDiffusion:
@@ -39,7 +35,7 @@ class ErrorDiffusion:
     in units of 1/16 code; everything else is computed in float32 light.
     """
 
-    filter: ErrorFilter | str = FILTERS["floyd-steinberg"]
+    filter: ErrorFilter = FILTERS["floyd-steinberg"]
     serpentine: bool = True
     strength: float = 1.0
     from_right: bool = False
@@ -55,7 +51,7 @@ class ErrorDiffusion:
     def claim(self) -> Claim:
         if not self.filter.conserves or self.strength != 1:
             return NO_CLAIM
-        return Claim("exact", side=_SIDES.get(self.filter.depth, 128 * (self.filter.depth + 1)))
+        return Claim("exact", side=self.filter.exact_side)
 
     @property
     def source(self) -> str:
