@@ -46,7 +46,7 @@ def as_pixels(image: Any) -> Codes:
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] != 3):
         raise InputError(
             f"a picture of shape {array.shape} was given; allowed: (M, N) gray or (M, N, 3) RGB. "
-            "Composite an alpha channel over a background first, or let halftone.convert do it"
+            "Composite an alpha channel over a background first, or give halftone.convert the file"
         )
     if array.size == 0:
         raise InputError(f"the picture has no pixels: its shape is {array.shape}")
@@ -76,7 +76,7 @@ def _from_pil(image: Any) -> Codes:
         return np.asarray(image)
     raise InputError(
         f"a PIL image of mode {mode} was given; allowed: 1, L, I;16, F, P, RGB, CMYK, YCbCr. "
-        "Composite an alpha channel over a background first, or let halftone.convert do it"
+        "Composite an alpha channel over a background first, or give halftone.convert the file"
     )
 
 

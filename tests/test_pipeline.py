@@ -1,0 +1,319 @@
+"""halftone.dither, halftone.convert, halftone.read and the Frame, as a user calls them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+import halftone
+from devices import profile
+from halftone import Frame, HalftoneError, InputError, InputFileError, UsageError, convert, dither
+from halftone.errors import DeviceNotFoundError, OutputError
+from halftone.tone import encoding
+
+
+def test_defaults_are_floyd_steinberg_serpentine_on_two_levels(camera):
+    frame = dither(camera)
+    assert isinstance(frame, Frame)
+    assert frame.method == "floyd-steinberg"
+    np.testing.assert_array_equal(frame, dither(camera, "fs:serpentine", levels=2, encoding="srgb"))
+    assert frame.indices.dtype == np.uint8
+    # linear light: the mean of the dots is the mean of the light, not of the codes
+    light = encoding("srgb").table(256)[camera]
+    assert abs(frame.indices.mean() - light.mean()) < 0.001
+    assert abs(frame.indices.mean() - camera.mean() / 255) > 0.1
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.uint32])
+def test_integers_are_srgb_codes_over_the_full_range(dtype):
+    top = np.iinfo(dtype).max
+    codes = np.linspace(0, top, 64).astype(dtype).reshape(1, -1)
+    light = encoding("srgb").decode(codes / top).astype(np.float32)
+    for name in ("none", "bayer8"):
+        np.testing.assert_array_equal(dither(codes, name, levels=9), dither(light, name, levels=9))
+    linear = (codes / top).astype(np.float32)
+    for name in ("none", "bayer8"):
+        ours = dither(codes, name, levels=9, encoding="linear")
+        np.testing.assert_array_equal(ours, dither(linear, name, levels=9))
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+def test_floats_are_light(dtype):
+    light = np.linspace(0, 1, 33).astype(dtype).reshape(3, 11)
+    expected = dither(light.astype(np.float32), "bayer4")
+    np.testing.assert_array_equal(dither(light, "bayer4"), expected)
+    assert dither(light.tolist(), "bayer4").shape == (3, 11)
+    coded = dither(light, "bayer4", encoding="srgb")
+    decoded = encoding("srgb").decode(light).astype(np.float32)
+    np.testing.assert_array_equal(coded, dither(decoded, "bayer4"))
+
+
+def test_bool_is_black_and_white():
+    mask = np.eye(5, dtype=bool)
+    np.testing.assert_array_equal(dither(mask, "fs"), mask)
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "P", "RGB", "CMYK", "YCbCr", "F", "I;16"])
+def test_pil_images(mode, camera):
+    gray = Image.fromarray(camera[::8, ::8])
+    if mode == "F":
+        image = Image.fromarray(camera[::8, ::8].astype(np.float32) / 255)
+    elif mode == "I;16":
+        image = Image.fromarray(camera[::8, ::8].astype(np.uint16) * 257)
+    else:
+        image = gray.convert(mode)
+    frame = dither(image, "none", levels=256, encoding="srgb")
+    worst = {"1": 255, "YCbCr": 2, "P": 0}.get(mode, 0)
+    assert np.abs(frame.indices.astype(int) - camera[::8, ::8]).max() <= worst
+
+
+@pytest.mark.parametrize("mode", ["RGBA", "LA"])
+def test_pil_images_with_alpha_are_refused_and_say_why(mode):
+    with pytest.raises(InputError, match="alpha"):
+        dither(Image.new(mode, (3, 3)))
+
+
+@given(st.integers(0, 255), st.sampled_from(["srgb", "linear", "gamma:2.2"]))
+def test_a_neutral_colour_keeps_its_light_exactly(code, name):
+    gray = np.full((2, 3), code, np.uint8)
+    colour = np.repeat(gray[:, :, None], 3, axis=2)
+    levels = np.unique(np.r_[0, encoding(name).table(256)[code], 1])
+    frame = dither(colour, "bayer16", levels=levels, encoding=name)
+    assert (frame.luminance == encoding(name).table(256)[code]).all()
+
+
+def test_luminance_of_colours():
+    colours = np.float32([[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.25, 1]]])
+    expected = np.float32([0.2126, 0.7152, 0.0722, 0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722])
+    frame = dither(colours, "none", levels=np.sort(expected))
+    np.testing.assert_array_equal(frame.luminance[0], expected)
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        np.zeros((0, 5)),
+        np.zeros((5, 0), np.uint8),
+        np.zeros(5),
+        np.zeros((2, 2, 2)),
+        np.zeros((2, 2, 4)),
+        np.zeros((1, 2, 2, 3)),
+        np.zeros((2, 2), np.int64),
+        np.zeros((2, 2), np.int8),
+        np.zeros((2, 2), complex),
+        np.array([["a"]]),
+        [[0.1], [0.2, 0.3]],
+        "picture.png",
+        None,
+    ],
+    ids=lambda p: str(getattr(p, "shape", p)) + str(getattr(p, "dtype", "")),
+)
+def test_arrays_that_are_no_pictures(picture):
+    with pytest.raises(InputError) as caught:
+        dither(picture)
+    assert caught.value.exit_code == 3
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("shape", [(200, 7), (200, 7, 3)])
+def test_nan_and_infinity(value, shape):
+    picture = np.full(shape, 0.5, np.float32)
+    picture[130, 3] = value
+    with pytest.raises(InputError, match="row 130, column 3.*nonfinite='clip'"):
+        dither(picture)
+    frame = dither(picture, "none", nonfinite="clip")
+    assert frame.indices[130, 3] == (1 if value == np.inf else 0)
+    with pytest.raises(UsageError, match="nonfinite"):
+        dither(picture, nonfinite="ignore")
+    for rule in ("scale", "compress"):
+        assert dither(picture, "fs", nonfinite="clip", range=rule).shape == shape[:2]
+
+
+def test_a_float64_beyond_float32_is_infinite():
+    with pytest.raises(InputError, match="inf"):
+        dither(np.full((2, 2), 1e300))
+
+
+def test_range_rules():
+    render = np.float32([[0, 0.5, 1, 2, 4]])
+    assert dither(render, "none", levels="uniform-linear:9").indices.tolist() == [[0, 4, 8, 8, 8]]
+    scaled = dither(render, "none", levels="uniform-linear:9", range="scale")
+    assert scaled.indices.tolist() == [[0, 1, 2, 4, 8]]
+    rolled = dither(render, "none", levels=256, range="compress").luminance[0]
+    assert rolled[1] == pytest.approx(0.5, abs=0.005)
+    assert (np.diff(rolled) > 0).all()
+    with pytest.raises(UsageError, match="clip, compress, scale"):
+        dither(render, range="wrap")
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        ({"method": "floyd"}, "Did you mean floyd-steinberg"),
+        ({"method": 3}, "a name, or a method"),
+        ({"method": "bayer8", "serpentine": True}, "does not apply"),
+        ({"method": "none", "strength": 0.5}, "does not apply"),
+        ({"method": "fs", "seed": 3}, "seed does not apply"),
+        ({"strength": 1.5}, "allowed: 0"),
+        ({"strength": float("nan")}, "allowed: 0"),
+        ({"levels": 1}, "allowed"),
+        ({"levels": 257}, "allowed"),
+        ({"levels": 2.5}, "allowed"),
+        ({"levels": None}, "allowed"),
+        ({"levels": True}, "allowed"),
+        ({"levels": "log:0:4"}, "above 0"),
+        ({"levels": "log:4"}, "not understood"),
+        ({"levels": [0, 0.5, 0.4]}, "fall"),
+        ({"levels": [0.4, 0.4]}, "no picture"),
+        ({"levels": [0, 1], "gamma": 2.2}, "does not apply"),
+        ({"gamma": 0}, "gamma"),
+        ({"gamma": "sgrb"}, "srgb"),
+        ({"encoding": "bt79"}, "bt709"),
+        ({"workers": -1}, "workers"),
+        ({"workers": 1.5}, "workers"),
+        ({"method": "random", "seed": -1}, "seed"),
+    ],
+    ids=str,
+)
+def test_options_that_are_wrong(options, part):
+    with pytest.raises(UsageError) as caught:
+        dither(np.zeros((2, 2)), **options)
+    assert part in str(caught.value)
+    assert caught.value.exit_code == 2
+
+
+def test_gamma_is_the_response_of_the_device():
+    light = np.float32([[0.0, 0.2, 0.5, 1.0]])
+    frame = dither(light, "none", levels=16, gamma=2.2)
+    np.testing.assert_allclose(frame.levels.luminance, (np.arange(16) / 15) ** 2.2, rtol=1e-6)
+    again = dither(light, "none", levels=16, gamma="gamma:2.2")
+    np.testing.assert_array_equal(again.levels.luminance, frame.levels.luminance)
+
+
+def test_frame_values():
+    frame = dither(np.float32([[0.1, 0.5], [0.9, 0.02]]), "none", levels=[0.02, 0.1, 0.5, 0.9])
+    assert frame.indices.tolist() == [[1, 2], [3, 0]]
+    np.testing.assert_array_equal(frame.luminance, np.float32([[0.1, 0.5], [0.9, 0.02]]))
+    assert frame.packed().tolist() == [[0b01100000], [0b11000000]]
+    assert frame.upscaled(2).indices.tolist() == [[1, 1, 2, 2]] * 2 + [[3, 3, 0, 0]] * 2
+    assert np.asarray(frame, dtype=int).dtype == int
+    assert frame._repr_png_().startswith(b"\x89PNG")
+    for bad in (0, 257, 1.5, True):
+        with pytest.raises(UsageError):
+            frame.upscaled(bad)
+
+
+def test_the_report_says_what_was_done_and_what_was_left_out(photograph):
+    frame = convert(photograph, width=120, brightness=0.1)
+    stages = {s["stage"]: s for s in frame.report["stages"]}
+    assert list(stages) == ["read", "resize", "adjust", "dither"]
+    assert stages["read"]["size"] == [600, 400]
+    assert stages["resize"]["size"] == [120, 80]
+    assert all(s["seconds"] >= 0 for s in stages.values())
+    assert "alpha" in {entry["stage"] for entry in frame.report["left_out"]}
+    plain = dither(np.zeros((4, 4), np.uint8), "bayer8")
+    left = {entry["stage"]: entry["why"] for entry in plain.report["left_out"]}
+    assert "no compiled code" in left["numba"]
+    assert "integer codes" in left["float copy"]
+
+
+def test_progress_rises_to_one():
+    for workers in (1, 2):
+        seen: list[float] = []
+        dither(np.zeros((500, 40)), "bayer8", workers=workers, progress=seen.append)
+        assert seen == sorted(seen)
+        assert seen[-1] == 1
+        assert len(seen) == 8
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_progress_raises_stops_the_run(workers):
+    def stop(share: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        dither(np.zeros((500, 40)), "bayer8", workers=workers, progress=stop)
+
+
+def test_convert_takes_arrays_and_files_alike(photograph):
+    light = halftone.read(photograph)
+    assert light.shape == (400, 600, 3)
+    assert light.dtype == np.float32
+    np.testing.assert_array_equal(convert(light), convert(photograph))
+
+
+def test_convert_for_a_device(photograph):
+    device = profile.load("receipt-80mm")
+    frame = convert(photograph, profile=device)
+    assert frame.shape == (384, 576)
+    assert frame.dpi == (203.2, 203.2)
+    assert "scaled to 576 × 384 for 'receipt-80mm'" in frame.report["notes"][0]
+    ink = np.unpackbits(frame.packed(), axis=1)
+    np.testing.assert_array_equal(ink, 1 - frame.indices)
+    narrow = convert(photograph, profile=device, width=300)
+    assert narrow.shape == (200, 300)
+    with pytest.raises(UsageError, match="576 dots"):
+        convert(photograph, profile=device, width=577)
+    panel = convert(photograph, profile=profile.load("epaper-4gray"))
+    assert panel.shape == (300, 400)
+    assert panel.packed().shape == (300, 100)
+    assert (panel.indices[:16] == 3).all()  # 4:3 panel, 3:2 picture: white above and below
+    with pytest.raises(DeviceNotFoundError, match="receipt-80mm"):
+        profile.load("receipt")
+
+
+def test_adjustments_act_on_light():
+    light = np.full((40, 40), 0.25, np.float32)
+    fine = "uniform-linear:256"
+
+    def shown(**options) -> float:
+        return float(convert(light, method="none", levels=fine, **options).luminance.mean())
+
+    assert shown() == pytest.approx(0.25, abs=1 / 510)
+    assert shown(brightness=0.5) == pytest.approx(0.5, abs=1 / 510)
+    assert shown(brightness=-1) == pytest.approx(1 / 16, abs=1 / 510)
+    assert shown(contrast=0.5) == pytest.approx(0.18 * (0.25 / 0.18) ** 2, abs=1 / 510)
+    assert shown(invert=True) == pytest.approx(0.75, abs=1 / 510)
+    assert shown(auto_levels=True) == pytest.approx(0.25, abs=1 / 510)
+    ramp = np.tile(np.linspace(0.2, 0.6, 400, dtype=np.float32), (10, 1))
+    stretched = convert(ramp, method="none", levels=fine, auto_levels=True).luminance
+    assert stretched.min() == 0
+    assert stretched.max() == 1
+
+
+def test_too_large_is_refused_before_it_is_read_or_made(photograph):
+    with pytest.raises(InputFileError, match="MiB"):
+        convert(photograph, max_memory=1 << 20)
+    with pytest.raises(InputError, match="size asked for"):
+        convert(photograph, width=1_000_000)
+
+
+def test_files_that_are_not_there(tmp_path):
+    with pytest.raises(InputFileError, match="nothing.png.*No such file"):
+        convert(tmp_path / "nothing.png")
+    with pytest.raises(OutputError, match="cannot be written"):
+        dither(np.zeros((2, 2))).save(tmp_path / "no folder" / "out.png")
+    with pytest.raises(UsageError, match="JPEG"):
+        dither(np.zeros((2, 2))).save(tmp_path / "out.jpg")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_all_errors_have_one_root_and_an_exit_code():
+    from halftone import errors
+
+    classes = [getattr(errors, n) for n in errors.__all__ if n != "near"]
+    assert all(issubclass(c, HalftoneError) for c in classes)
+    assert {c.__name__: c.exit_code for c in classes} == {
+        "HalftoneError": 1,
+        "UsageError": 2,
+        "InputError": 3,
+        "InputFileError": 3,
+        "OutputError": 1,
+        "DeviceNotFoundError": 4,
+        "DeviceFaultError": 5,
+        "ThresholdError": 6,
+    }
