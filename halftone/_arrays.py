@@ -147,7 +147,7 @@ def check_finite(source: Source, policy: str) -> Source:
         if finite.all():
             continue
         if policy == "clip":
-            limit = np.finfo(np.float32).max
+            limit = float(np.finfo(np.float32).max)
             light = np.nan_to_num(source.pixels, nan=0.0, posinf=limit, neginf=-limit)
             return replace(source, pixels=light)
         row, column = (int(i) for i in np.argwhere(~finite)[0][:2])

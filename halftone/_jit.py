@@ -94,9 +94,9 @@ class Kernel:
             base = getattr(types, names[part[:2]])
             spec.append(types.Array(base, part.count(":"), "C") if "[" in part else base)
         options = {"nogil": True, "error_model": "numpy"}
-        dispatcher = numba.njit(
-            tuple(spec), no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
-        )(self.python)
+        dispatcher = numba.njit(tuple(spec), no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(
+            self.python
+        )
         from halftone import _objects
 
         object_code = _objects.build(self, dispatcher.inspect_llvm(tuple(spec)))

@@ -65,15 +65,13 @@ class Frame:
         """8-bit sRGB gray codes of what the device shows, (M, N)."""
         return np.take(self.levels.srgb(), self.indices)
 
-    def save(
-        self, path: str | Path, format: str | None = None, *, overwrite: bool = True
-    ) -> None:
+    def save(self, path: str | Path, format: str | None = None, *, overwrite: bool = True) -> None:
         """Write a PNG, PBM, PGM, TIFF or raw file, by the ending of *path* or by *format*."""
         from halftone.images.write import write
 
         write(self, path, format, overwrite=overwrite)
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         return np.array(self.indices, dtype, copy=copy)
 
     def _repr_png_(self) -> bytes:

@@ -181,7 +181,9 @@ def convert(
     """
     report = _Report()
     # What can be refused without the picture is refused before it is read.
-    chosen = _method(method or (profile and profile.method) or DEFAULT_METHOD, serpentine, strength, seed)
+    chosen = _method(
+        method or (profile and profile.method) or DEFAULT_METHOD, serpentine, strength, seed
+    )
     response = _response(gamma)
     if levels is None and profile is not None:
         ladder = Levels.of(profile.levels, response)
@@ -240,9 +242,7 @@ def _adjustments(brightness: float, contrast: float, invert: bool) -> list[Calla
     return steps
 
 
-def _source(
-    picture: Any, encoding: str | None, paper: float, limit: int, report: _Report
-) -> Source:
+def _source(picture: Any, encoding: str | None, paper: float, limit: int, report: _Report) -> Source:
     if not isinstance(picture, str | Path):
         pixels = as_pixels(picture)
         return _decoded(pixels, encoding or ("linear" if pixels.dtype.kind == "f" else "srgb"))
@@ -354,7 +354,7 @@ def _dithered(
 ) -> Frame:
     workers = count_workers(workers)
     source = check_finite(source, nonfinite)
-    source = bring_into_range(source, float(levels.darkest), float(levels.lightest), rule)
+    source = bring_into_range(source, levels.darkest, levels.lightest, rule)
     height, width = source.shape
     indices = np.empty((height, width), np.uint8)
     with report.stage("dither", method=method.text(), levels=levels.text, range=rule) as entry:
@@ -373,5 +373,3 @@ def _dithered(
     if source.codes() is not None:
         report.leave_out("float copy", "integer codes go to the method with a table of their light")
     return Frame(indices, levels, method.text(), report=report.as_dict())
-
-

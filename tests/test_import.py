@@ -15,7 +15,11 @@ HEAVY = {"numba", "llvmlite", "scipy", "colour", "OpenImageIO", "PIL", "skimage"
 def loaded(code: str) -> set[str]:
     """Top-level modules in sys.modules after *code* in a fresh interpreter."""
     done = subprocess.run(
-        [sys.executable, "-c", code + "\nimport sys; print(*{m.split('.')[0] for m in sys.modules})"],
+        [
+            sys.executable,
+            "-c",
+            code + "\nimport sys; print(*{m.split('.')[0] for m in sys.modules})",
+        ],
         capture_output=True,
         text=True,
         check=True,
@@ -30,7 +34,8 @@ def test_import_halftone_loads_nothing():
 def test_help_needs_no_numpy():
     code = (
         "import contextlib, io\nfrom halftone.cli import main\n"
-        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit): main(['--help'])"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    main(['--help'])"
     )
     assert not loaded(code) & (HEAVY | {"numpy"})
 

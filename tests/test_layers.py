@@ -14,7 +14,7 @@ CELLAR = {"errors", "_arrays", "_jit", "_objects", "_parallel"}
 LOW = {"vision", "packing", "tone"}
 # frame and images need each other: a frame saves and shows itself, a file format encodes a frame.
 ARROWS = {
-    **{room: CELLAR for room in CELLAR | LOW | {"screens", "scene"}},
+    **dict.fromkeys(CELLAR | LOW | {"screens", "scene"}, CELLAR),
     "dithering": CELLAR | {"screens", "tone", "vision"},
     "metrics": CELLAR | {"vision", "tone", "screens", "dithering"},
     "frame": CELLAR | {"packing", "tone", "images"},

@@ -40,9 +40,8 @@ def quiet_libraries() -> Iterator[None]:
 
 def our_devices() -> ModuleType:
     """The module devices.profile of this project; another ``devices`` package is a clear error."""
-    from halftone.errors import HalftoneError
-
     import devices
+    from halftone.errors import HalftoneError
 
     if not getattr(devices, "__halftone__", False):
         raise HalftoneError(

@@ -16,10 +16,19 @@ __all__ = ["arguments", "run"]
 def arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("inputs", nargs="+", metavar="IN", help="picture files, or - for stdin")
-    add("output", metavar="OUT", help="a file (.png .pbm .pgm .tiff .raw), a folder, or - for stdout")
+    add(
+        "output",
+        metavar="OUT",
+        help="a file (.png .pbm .pgm .tiff .raw), a folder, or - for stdout",
+    )
     group = parser.add_argument_group("what the device can show")
     add = group.add_argument
-    add("-d", "--device", metavar="NAME", help="a device profile (halftone list devices) or .toml file")
+    add(
+        "-d",
+        "--device",
+        metavar="NAME",
+        help="a device profile (halftone list devices) or .toml file",
+    )
     add("-l", "--levels", help="N, uniform-linear:N, lstar:N, log:I0:N, or luminances Y0,Y1,…")
     add("--gamma", help="response of the device, for a count of levels: 2.2, srgb, … (default srgb)")
     add("--size", metavar="WxH", help="size in dots; Wx or xH keeps the shape")
@@ -32,7 +41,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add("--serpentine", action="store_true", default=None, help="scan odd rows backwards")
     add("--raster", dest="serpentine", action="store_false", help="scan all rows forwards")
     add("--seed", type=int, default=0, metavar="N", help="for methods that draw random numbers")
-    add("--range", default="clip", metavar="RULE", help="light beyond the levels: clip, scale, compress")
+    add(
+        "--range",
+        default="clip",
+        metavar="RULE",
+        help="light beyond the levels: clip, scale, compress",
+    )
     group = parser.add_argument_group("the picture")
     add = group.add_argument
     add("--encoding", metavar="E", help="what its codes mean: srgb, bt709, gamma:G, linear")
@@ -40,9 +54,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add("--contrast", type=float, default=0.0, metavar="C", help="-1 … 1")
     add("--auto-levels", action="store_true", help="darkest and lightest 0.5 %% to black and white")
     add("--invert", action="store_true", help="white less the light")
-    add("--background", default="white", help="under transparent pixels: white, black, or light 0 … 1")
+    add(
+        "--background",
+        default="white",
+        help="under transparent pixels: white, black, or light 0 … 1",
+    )
     add("--nonfinite", default="error", metavar="P", help="NaN and infinity: error, or clip")
-    add("--max-memory", type=_bytes, metavar="SIZE", help="refuse what takes more: 500M, 8G (default 4G)")
+    add(
+        "--max-memory",
+        type=_bytes,
+        metavar="SIZE",
+        help="refuse what takes more: 500M, 8G (default 4G)",
+    )
     group = parser.add_argument_group("output")
     add = group.add_argument
     add("--format", metavar="F", help="png, pbm, pgm, tiff, raw; default: by OUT's ending, else png")
@@ -86,9 +109,7 @@ def run(options: argparse.Namespace) -> int:
     return max((r["exit_code"] for r in failed), default=0)
 
 
-def _all(
-    tasks: list[_Task], jobs: int, work: Callable[[_Task], dict[str, Any]]
-) -> list[dict[str, Any]]:
+def _all(tasks: list[_Task], jobs: int, work: Callable[[_Task], dict[str, Any]]) -> list[dict[str, Any]]:
     if jobs == 1 or len(tasks) == 1:
         return [work(task) for task in tasks]
     from concurrent.futures import ThreadPoolExecutor

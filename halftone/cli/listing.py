@@ -82,6 +82,9 @@ def _levels() -> list[dict[str, Any]]:
         {"levels": "N", "meaning": "N evenly spaced codes of sRGB, or of --gamma"},
         {"levels": "uniform-linear:N", "meaning": "equal differences of light"},
         {"levels": "lstar:N", "meaning": "equal steps of CIE L*"},
-        {"levels": "log:I0:N", "meaning": "equal ratios from black I0 to 1, I0 usually 0.005 … 0.025"},
+        {
+            "levels": "log:I0:N",
+            "meaning": "equal ratios from black I0 to 1, I0 usually 0.005 … 0.025",
+        },
         {"levels": "Y0,Y1,…", "meaning": "measured luminances, darkest first, 1 = white"},
     ]

@@ -153,7 +153,7 @@ def _buckets(levels: Levels, middle: NDArray[np.float32]) -> tuple[NDArray[np.ui
     The kernel takes ⌊(v − darkest)·scale⌋ in float32; a bucket starts one bucket early, which is
     more than any rounding of that product, and the walk up does the rest.
     """
-    darkest, lightest = float(levels.darkest), float(levels.lightest)
+    darkest, lightest = levels.darkest, levels.lightest
     scale = np.float32((BUCKETS - 1) / (lightest - darkest))
     if not np.isfinite(scale):
         return np.zeros(1, np.uint8), 0.0

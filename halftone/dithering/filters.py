@@ -113,9 +113,7 @@ FILTERS = {
             _row(-2, 3, 5, 7, 5, 3),
             _row(-2, 1, 3, 5, 3, 1),
         ),
-        _filter(
-            "stucki", 42, "Stucki 1981", 384, _row(1, 8, 4), _STUCKI_ROW, _row(-2, 1, 2, 4, 2, 1)
-        ),
+        _filter("stucki", 42, "Stucki 1981", 384, _row(1, 8, 4), _STUCKI_ROW, _row(-2, 1, 2, 4, 2, 1)),
         _filter("burkes", 32, "Burkes 1988", 352, _row(1, 8, 4), _STUCKI_ROW),
         _filter(
             "sierra",

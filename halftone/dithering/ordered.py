@@ -79,7 +79,9 @@ def step_up(light: Light, threshold: Light, distinct: Light) -> NDArray[np.intp]
         return (light - distinct[0] > threshold * (distinct[1] - distinct[0])).astype(np.intp)
     low = np.searchsorted(distinct[1:-1], light, side="right")
     base = distinct[low]
-    return low + (light - base > threshold * (distinct[low + 1] - base))
+    up: NDArray[np.bool_] = light - base > threshold * (distinct[low + 1] - base)
+    shown: NDArray[np.intp] = low + up.astype(np.intp)
+    return shown
 
 
 class _Ordered:
@@ -118,7 +120,9 @@ class _Ordered:
         """Two levels, light that rises with the code: a pixel is light where code > cut."""
         if (np.diff(light) < 0).any():
             return None
-        codes = np.array([np.searchsorted(self.passed, r, side="right") for r in range(self.rank.max() + 1)])
+        codes = np.array(
+            [np.searchsorted(self.passed, r, side="right") for r in range(self.rank.max() + 1)]
+        )
         if codes.min() < 1:
             return None
         return (codes - 1).astype(np.uint8)[self.rank]

@@ -66,7 +66,7 @@ def _file(
             _chunk(b"sRGB", b"\0"),
             palette,
             density,
-            _chunk(b"IDAT", zlib.compress(filtered, 6)),
+            _chunk(b"IDAT", zlib.compress(filtered.data, 6)),
             _chunk(b"IEND", b""),
         )
     )

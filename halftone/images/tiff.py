@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,6 +21,8 @@ _SHORT, _LONG, _RATIONAL = 3, 4, 5
 _FORMAT = {_SHORT: "<H", _LONG: "<I", _RATIONAL: "<II"}
 _STRIP_BYTES = 1 << 16
 
+Field = tuple[int, int, Sequence[int | tuple[int, int]]]
+
 
 def encode(frame: Frame) -> bytes:
     """The frame's level indices as a TIFF file."""
@@ -28,9 +31,9 @@ def encode(frame: Frame) -> bytes:
     rows = pack(frame.indices, Packing(bits))
     gray = has_own_ladder(frame, bits)
     per_strip = max(1, _STRIP_BYTES // rows.shape[1])
-    strips = [zlib.compress(rows[y : y + per_strip], 6) for y in range(0, height, per_strip)]
+    strips = [zlib.compress(rows[y : y + per_strip].data, 6) for y in range(0, height, per_strip)]
     offsets = 8 + np.cumsum([0, *(len(s) for s in strips)])
-    fields: list[tuple[int, int, list[int] | list[tuple[int, int]]]] = [
+    fields: list[Field] = [
         (256, _LONG, [width]),
         (257, _LONG, [height]),
         (258, _SHORT, [bits]),
@@ -49,18 +52,19 @@ def encode(frame: Frame) -> bytes:
         codes = np.zeros(1 << bits, np.int64)
         codes[: len(frame.levels)] = frame.levels.srgb()
         fields.append((320, _SHORT, np.tile(codes * 257, 3).tolist()))
-    return b"".join((struct.pack("<2sHI", b"II", 42, int(offsets[-1]) + int(offsets[-1]) % 2), *strips,
-                     b"\0" * (int(offsets[-1]) % 2), _directory(fields, int(offsets[-1]))))
+    end = int(offsets[-1])
+    directory = end + end % 2  # on a word boundary
+    header = struct.pack("<2sHI", b"II", 42, directory)
+    return b"".join((header, *strips, b"\0" * (end % 2), _directory(fields, directory)))
 
 
-def _directory(fields: list, end: int) -> bytes:
-    start = end + end % 2
+def _directory(fields: list[Field], start: int) -> bytes:
+    """The image file directory at the offset *start*, with the values that do not fit into it."""
     after = start + 2 + 12 * len(fields) + 4
     entries, values = [], b""
     for tag, kind, items in fields:
         data = b"".join(
-            struct.pack(_FORMAT[kind], *(item if isinstance(item, tuple) else (item,)))
-            for item in items
+            struct.pack(_FORMAT[kind], *(item if isinstance(item, tuple) else (item,))) for item in items
         )
         if len(data) <= 4:
             place = data.ljust(4, b"\0")

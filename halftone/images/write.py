@@ -64,9 +64,7 @@ def _encoder(format: str) -> Callable[[Frame], bytes]:
     return pnm.encode_pbm if format == "pbm" else pnm.encode_pgm
 
 
-def write(
-    frame: Frame, path: str | Path, format: str | None = None, *, overwrite: bool = True
-) -> int:
+def write(frame: Frame, path: str | Path, format: str | None = None, *, overwrite: bool = True) -> int:
     """Write *frame* to *path* (``-`` is stdout); returns the number of bytes."""
     data = encode(frame, format_of(path, format))
     write_bytes(data, path, overwrite=overwrite)

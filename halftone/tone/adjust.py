@@ -12,6 +12,7 @@ import numpy as np
 from halftone._arrays import BAND_ROWS, Light, Source
 from halftone._parallel import bands
 from halftone.errors import UsageError
+from halftone.tone.range import scale
 from halftone.tone.transfer import encoding
 
 __all__ = ["auto_levels", "brightness", "contrast", "invert", "light_histogram"]
@@ -28,7 +29,7 @@ BINS = encoding("srgb").decode((np.arange(255) + 0.5) / 255).astype(np.float32)
 def brightness(amount: float) -> Step:
     """Light times 4^amount, −1 … 1: two stops darker … two stops brighter. Black stays black."""
     factor = 4.0 ** _unit(amount, "brightness")
-    return lambda light: (light * factor).astype(np.float32)
+    return scale(factor)
 
 
 def contrast(amount: float) -> Step:

@@ -132,5 +132,3 @@ def _check_black(i0: float | ArrayLike) -> Float:
             stacklevel=3,
         )
     return black
-
-

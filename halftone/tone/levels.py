@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,7 +77,7 @@ class Levels:
             return _no_response(spec, response)
         if isinstance(spec, str):
             return _parse(spec.strip(), response)
-        if isinstance(spec, numbers.Integral) and not isinstance(spec, bool):
+        if isinstance(spec, int | np.integer) and not isinstance(spec, bool):
             return _count(int(spec), response)
         try:
             values = np.asarray(spec, np.float64)
@@ -93,12 +92,12 @@ class Levels:
         return self.luminance.size
 
     @property
-    def darkest(self) -> np.float32:
-        return self.distinct[0]
+    def darkest(self) -> float:
+        return float(self.distinct[0])
 
     @property
-    def lightest(self) -> np.float32:
-        return self.distinct[-1]
+    def lightest(self) -> float:
+        return float(self.distinct[-1])
 
     @property
     def bits(self) -> int:

@@ -20,7 +20,7 @@ Float = NDArray[np.float64]
 
 
 def gamma_table(size: int, gamma: float, a: float = 1.0) -> Float:
-    """Voltages for the pixel values 0 … size−1, which mean the light k/(size−1): (k/(size−1)/a)^(1/γ)."""
+    """Voltages (k/(size−1)/a)^(1/γ) for the pixel values k = 0 … size−1, which mean light k/(size−1)."""
     return voltage(_pixel_values(size), gamma, a)
 
 

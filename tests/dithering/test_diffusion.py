@@ -53,11 +53,12 @@ def test_three_by_three_by_hand(codes, levels):
     """Multiples of 1/16 stay exact in float32 for three rows, so the textbook must agree."""
     taps = [(0, 1, 7), (1, -1, 3), (1, 0, 5), (1, 1, 1)]
     exact = oracle.diffuse_exactly(
-        [[Fraction(c, 16) for c in row] for row in codes], [Fraction(v, 16) for v in levels], taps, 16
+        [[Fraction(c, 16) for c in row] for row in codes],
+        [Fraction(v, 16) for v in levels],
+        taps,
+        16,
     )
-    frame = dither(
-        np.array(codes, np.float32) / 16, "fs:raster", levels=[v / 16 for v in levels]
-    )
+    frame = dither(np.array(codes, np.float32) / 16, "fs:raster", levels=[v / 16 for v in levels])
     assert frame.indices.tolist() == exact
 
 
@@ -130,7 +131,15 @@ def test_any_four_weights_and_no_more_than_one():
 
 
 @pytest.mark.parametrize(
-    "taps", [((0, -1, 1),), ((0, 0, 1),), ((0, 3, 1),), ((1, 9, 1),), ((1, 0, 1), (1, 0, 1)), ((1, 0, float("nan")),)]
+    "taps",
+    [
+        ((0, -1, 1),),
+        ((0, 0, 1),),
+        ((0, 3, 1),),
+        ((1, 9, 1),),
+        ((1, 0, 1), (1, 0, 1)),
+        ((1, 0, float("nan")),),
+    ],
 )
 def test_taps_that_cannot_be_scanned_are_refused(taps):
     with pytest.raises(UsageError):
@@ -152,4 +161,9 @@ def test_wind_up(name):
     # 8 rows in, the tone is that of a patch which started there, within .02.
     tone = clean[8:200].mean()
     assert abs(bright[58:].mean() - tone) <= 0.02
-    assert abs(dark[308:].mean() - dither(picture[:22] * 0 + 0.4, name, levels=[0.05, 1.0]).luminance.mean()) <= 0.05
+    assert (
+        abs(
+            dark[308:].mean() - dither(picture[:22] * 0 + 0.4, name, levels=[0.05, 1.0]).luminance.mean()
+        )
+        <= 0.05
+    )
