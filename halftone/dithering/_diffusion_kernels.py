@@ -82,23 +82,30 @@ def diffuse_codes(codes, out, carry, error, index, y0, serpentine, from_right):
     row below, and all that remains (1/16) to the pixel below and ahead: nothing is lost.
     """
     rows, width = codes.shape
+    dark = index[0]
+    bright = index[1]
+    white = np.int32(16 * 255)
+    half = np.int32(8 * 255)
     for r in range(rows):
         backward = (from_right ^ (serpentine & (y0 + r))) & 1
+        step = -1 if backward else 1
         for x in range(width):
             carry[x] += np.int32(codes[r, x]) << 4
+        # Only what the next pixel waits for: white is a multiple of 16, so its share comes off
+        # after the shifts, and the comparison runs beside them.
         ahead = np.int32(0)
-        for k in range(width):
-            x = width - 1 - k if backward else k
+        x = width - 1 if backward else 0
+        for _ in range(width):
             v = carry[x] + ahead
-            w = v - np.int32(4080)
-            up = v >= np.int32(2040)
-            # both successors, then one is chosen: the chain from pixel to pixel is shorter
-            low = (v >> 1) - (v >> 4)
-            high = (w >> 1) - (w >> 4)
-            ahead = high if up else low
-            error[1 + x] = w if up else v
-            out[r, x] = index[1] if up else index[0]
-        step = -1 if backward else 1
+            ahead = (v >> 1) - (v >> 4)
+            ahead = ahead - ((white >> 1) - (white >> 4)) if v >= half else ahead
+            error[1 + x] = v
+            x += step
+        for x in range(width):
+            v = error[1 + x]
+            up = v >= half
+            out[r, x] = bright if up else dark
+            error[1 + x] = v - white if up else v
         for x in range(width):
             e = error[1 + x]
             behind = error[1 + x + step]

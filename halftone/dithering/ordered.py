@@ -76,12 +76,11 @@ def check_strength(strength: float) -> None:
 def step_up(light: Light, threshold: Light, distinct: Light) -> NDArray[np.intp]:
     """Index into *distinct* of what each pixel shows: the rule of this module, for any levels."""
     if distinct.size == 2:
-        return (light - distinct[0] > threshold * (distinct[1] - distinct[0])).astype(np.intp)
+        up: NDArray[np.bool_] = light - distinct[0] > threshold * (distinct[1] - distinct[0])
+        return up.astype(np.intp)
     low = np.searchsorted(distinct[1:-1], light, side="right")
     base = distinct[low]
-    up: NDArray[np.bool_] = light - base > threshold * (distinct[low + 1] - base)
-    shown: NDArray[np.intp] = low + up.astype(np.intp)
-    return shown
+    return np.add(low, light - base > threshold * (distinct[low + 1] - base), dtype=np.intp)
 
 
 class _Ordered:

@@ -42,8 +42,9 @@ def contrast(amount: float) -> Step:
     def step(light: Light) -> Light:
         base = np.maximum(light.astype(np.float64), 0) / MIDDLE_GRAY
         with np.errstate(over="ignore"):
-            bent = MIDDLE_GRAY * base**power
-        return np.minimum(bent, np.finfo(np.float32).max).astype(np.float32)
+            bent = np.minimum(MIDDLE_GRAY * base**power, np.finfo(np.float32).max)
+        bent32: Light = bent.astype(np.float32)
+        return bent32
 
     return step
 

@@ -1,0 +1,1 @@
+"""Figures. Off by default; run with ``pytest -m bench -s``."""
