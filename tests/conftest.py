@@ -30,7 +30,7 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 @pytest.fixture(scope="session")
 def photograph() -> Path:
-    """A colour JPEG that ships, 600 × 400."""
+    """A colour JPEG that ships, 451 × 300."""
     from halftone.cli.demo import PHOTOGRAPH
 
     return PHOTOGRAPH

@@ -9,8 +9,8 @@ from typing import Any
 
 __all__ = ["LIMITS", "PHOTOGRAPH", "arguments", "run", "strip"]
 
-PHOTOGRAPH = Path(__file__).parent / "data" / "coffee.jpg"
-"""Coffee, by Rachel Michetti, CC0; from scikit-image, 600 × 400."""
+PHOTOGRAPH = Path(__file__).parent / "data" / "chelsea.jpg"
+"""Chelsea the cat, by Stéfan van der Walt, CC0; from scikit-image, 451 × 300."""
 
 LIMITS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("1 bit, Floyd-Steinberg", {"levels": 2, "method": "floyd-steinberg"}),
@@ -54,9 +54,10 @@ def strip(picture: str | Path, width: int) -> bytes:
 
     from halftone.pipeline import convert
 
-    original = convert(picture, width=width, levels=256, method="none")
-    tiles = [("the original, 256 grays", original)]
-    tiles += [(name, convert(picture, width=width, **limit)) for name, limit in LIMITS]
+    adjusted: dict[str, Any] = {"width": width, "auto_levels": True, "brightness": 0.2}
+    original = convert(picture, levels=256, method="none", **adjusted)
+    tiles = [("256 grays", original)]
+    tiles += [(name, convert(picture, **adjusted, **limit)) for name, limit in LIMITS]
     height = original.shape[0]
     across = 3
     down = -(-len(tiles) // across)

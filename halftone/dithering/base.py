@@ -29,7 +29,7 @@ class Claim:
 
     def __str__(self) -> str:
         if self.kind == "exact":
-            return "exact" if self.side == 192 else f"exact from {self.side}²"
+            return "exact" if self.side == 192 else f"exact from {self.side} px"
         return f"{self.tones} tones" if self.kind == "tones" else "none"
 
 

@@ -1,0 +1,1 @@
+"""Tests against real programs; run with ``pytest -m peer`` after tests/peers/install.sh."""
