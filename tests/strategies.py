@@ -26,7 +26,9 @@ texts = st.one_of(
         st.sampled_from(["", ":right"]),
         st.sampled_from(["", ":strength=0.75", ":strength=0"]),
     ),
-    st.builds("random:{}:seed={}".format, st.sampled_from(["uniform", "triangular"]), st.integers(1, 99)),
+    st.builds(
+        "random:{}:seed={}".format, st.sampled_from(["uniform", "triangular"]), st.integers(1, 99)
+    ),
 )
 """Text forms of methods with options."""
 

@@ -45,9 +45,7 @@ def test_start_up(tmp_path, camera):
         {
             "python -c pass (yardstick)": process(sys.executable, "-c", "pass"),
             "python -c 'import numpy' (yardstick)": process(sys.executable, "-c", "import numpy"),
-            "… and OpenImageIO (yardstick)": process(
-                sys.executable, "-c", "import numpy, OpenImageIO"
-            ),
+            "… and OpenImageIO (yardstick)": process(sys.executable, "-c", "import numpy, OpenImageIO"),
             "halftone --help": process(command, "--help"),
             "576×576 PNG → PBM, threshold": convert("threshold"),
             "576×576 PNG → PBM, bayer8": convert("bayer8"),
@@ -63,7 +61,9 @@ def test_floyd_steinberg_beside_pillow():
 
     random = np.random.default_rng(1)
     y, x = np.mgrid[0:4096, 0:4096]
-    codes = ((x + y) / 32 + 30 * np.sin(x / 40) * np.sin(y / 60) + random.normal(0, 1.5, x.shape)).clip(0, 255)
+    codes = ((x + y) / 32 + 30 * np.sin(x / 40) * np.sin(y / 60) + random.normal(0, 1.5, x.shape)).clip(
+        0, 255
+    )
     codes = codes.astype(np.uint8)
     image = Image.fromarray(codes)
     light = (codes / 255).astype(np.float32)

@@ -65,7 +65,9 @@ def test_libtiff_reads_our_tiff(levels, tmp_path):
     assert "Image Width: 61 Image Length: 23" in said
     run("tiff2rgba", str(tmp_path / "a.tiff"), str(tmp_path / "b.tiff"))
     light = halftone.read(tmp_path / "b.tiff")
-    np.testing.assert_allclose(light[:, :, 0], halftone.read(tmp_path / "a.tiff").reshape(23, 61, -1)[:, :, 0], atol=1e-6)
+    np.testing.assert_allclose(
+        light[:, :, 0], halftone.read(tmp_path / "a.tiff").reshape(23, 61, -1)[:, :, 0], atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("format", ["pbm", "pgm"])
@@ -88,7 +90,10 @@ def test_imagemagick_shows_the_same_codes(levels, format, tmp_path):
     if shutil.which("identify") is None:
         pytest.skip("imagemagick is not installed (tests/peers/install.sh installs it)")
     gray = run(program, name, "-depth", "8", "gray:-")
-    np.testing.assert_array_equal(np.frombuffer(gray, np.uint8).reshape(23, 61), made.preview())
+    shown = np.frombuffer(gray, np.uint8).reshape(23, 61).astype(int)
+    # A PGM of n levels holds k/(n−1), whose half codes are rounded one way or the other.
+    half = format == "pgm" and 255 % (len(made.levels) - 1)
+    assert np.abs(shown - made.preview()).max() <= (1 if half else 0)
 
 
 def test_floyd_steinberg_agrees_with_netpbm_in_tone(tmp_path):
