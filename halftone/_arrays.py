@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from halftone.errors import InputError, UsageError
 
-__all__ = ["BAND_ROWS", "LUMINANCE", "Light", "Source", "as_pixels", "check_finite"]
+__all__ = ["BAND_ROWS", "LUMINANCE", "Light", "Source", "as_pixels", "check_finite", "share"]
 
 Light = NDArray[np.float32]
 Codes = NDArray[Any]
@@ -86,11 +86,16 @@ class Source:
 
     pixels : (M, N) or (M, N, 3), float32 light, or codes that *table* decodes.
     table : float32 light of every code, or None where pixels are light already.
+    cover : alpha as stored, (M, N), or None. Light lies over *paper* by it, and is weighted by it
+    already where *premultiplied* says so.
     steps : functions applied to the light of each band, in order (range, brightness, …).
     """
 
     pixels: Codes
     table: Light | None = None
+    cover: Codes | None = None
+    paper: float = 1.0
+    premultiplied: bool = False
     steps: tuple[Callable[[Light], Light], ...] = ()
 
     @property
@@ -99,7 +104,7 @@ class Source:
 
     def codes(self) -> tuple[Codes, Light] | None:
         """Codes of shape (M, N) with the light of each, all steps applied; None if light varies."""
-        if self.table is None or self.pixels.ndim != 2:
+        if self.table is None or self.pixels.ndim != 2 or self.cover is not None:
             return None
         light = self.table
         for step in self.steps:
@@ -108,10 +113,28 @@ class Source:
 
     def band(self, start: int, stop: int) -> Light:
         """Light of rows start … stop−1: float32, (rows, N), C-contiguous, not to be changed."""
-        light = self._decoded(self.pixels[start:stop])
+        light = self.colours(start, stop)
+        if light.ndim == 3:
+            # In float64, so that a neutral pixel keeps its value to the last bit.
+            red, green, blue = (light[:, :, c].astype(np.float64) for c in range(3))
+            weighted = LUMINANCE[0] * red + LUMINANCE[1] * green + LUMINANCE[2] * blue
+            light = weighted.astype(np.float32)
         for step in self.steps:
             light = step(light)
         return np.ascontiguousarray(light, np.float32)
+
+    def colours(self, start: int, stop: int) -> Light:
+        """Light of rows start … stop−1 over the paper, gray or RGB as the picture is, no steps."""
+        rows = self.pixels[start:stop]
+        light = rows if self.table is None else np.take(self.table, rows)
+        if self.cover is None:
+            return light
+        cover = share(self.cover[start:stop])
+        if light.ndim == 3:
+            cover = cover[:, :, None]
+        if not self.premultiplied:
+            light = light * cover
+        return light + (np.float32(1) - cover) * np.float32(self.paper)
 
     def then(self, *steps: Callable[[Light], Light]) -> Source:
         """The same picture with further steps; a table takes them at once, once for all pixels."""
@@ -122,14 +145,12 @@ class Source:
             return Source(self.pixels, table)
         return replace(self, steps=self.steps + steps)
 
-    def _decoded(self, rows: Codes) -> Light:
-        light = rows if self.table is None else np.take(self.table, rows)
-        if light.ndim == 2:
-            return light
-        # In float64, so that a neutral pixel keeps its value to the last bit.
-        red, green, blue = (light[:, :, c].astype(np.float64) for c in range(3))
-        luminance = LUMINANCE[0] * red + LUMINANCE[1] * green + LUMINANCE[2] * blue
-        return luminance.astype(np.float32)
+
+def share(codes: Codes) -> Light:
+    """Integer codes as shares of their full range; floats clipped to 0 … 1, NaN as 0."""
+    if codes.dtype.kind == "f":
+        return np.clip(np.nan_to_num(codes.astype(np.float32)), 0, 1)
+    return (codes / np.float64(np.iinfo(codes.dtype).max)).astype(np.float32)
 
 
 def check_finite(source: Source, policy: str) -> Source:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -97,7 +97,10 @@ def read(
     Raises :class:`halftone.errors.InputFileError`.
     """
     source = _light_of(read_picture(path, max_memory), encoding, _background(background), _Report())
-    return source.pixels if source.table is None else np.take(source.table, source.pixels)
+    light = np.empty(source.pixels.shape, np.float32)
+    for start, stop in bands(source.shape[0], BAND_ROWS):
+        light[start:stop] = source.colours(start, stop)
+    return light
 
 
 def dither(
@@ -189,6 +192,11 @@ def convert(
         ladder = Levels.of(profile.levels, response)
     else:
         ladder = Levels.of(2 if levels is None else levels, response)
+    if profile is not None and len(ladder) != len(profile.levels):
+        raise UsageError(
+            f"{len(ladder)} levels were asked for and the device '{profile.name}' has "
+            f"{len(profile.levels)}; leave levels out, or give as many"
+        )
     paper = _background(background)
     steps = _adjustments(brightness, contrast, invert)
     source = _source(picture, encoding, paper, max_memory, report)
@@ -204,8 +212,7 @@ def convert(
     frame = _dithered(source, chosen, ladder, range, nonfinite, workers, progress, report)
     if profile is None:
         return frame
-    packing = profile.packing if len(ladder) <= 1 << profile.packing.bits else None
-    return Frame(frame.indices, ladder, frame.method, profile.dpi, packing, frame.report)
+    return Frame(frame.indices, ladder, frame.method, profile.dpi, profile.packing, frame.report)
 
 
 def _method(spec: str | Method, serpentine: bool | None, strength: float, seed: int) -> Method:
@@ -259,23 +266,11 @@ def _light_of(read: Picture, encoding: str | None, paper: float, report: _Report
     if read.alpha is None:
         report.leave_out("alpha", "the picture has no alpha channel")
         return source
-    alpha = _share(read.alpha)
-    if (alpha == 1).all():
+    full = 1 if read.alpha.dtype.kind == "f" else np.iinfo(read.alpha.dtype).max
+    if (read.alpha == full).all():
         report.leave_out("alpha", "every pixel is opaque")
         return source
-    with report.stage("alpha", background=paper):
-        cover = alpha if read.pixels.ndim == 2 else alpha[:, :, None]
-        light = source.pixels if source.table is None else np.take(source.table, source.pixels)
-        if not read.premultiplied:
-            light = light * cover
-        return Source(light + (np.float32(1) - cover) * np.float32(paper))
-
-
-def _share(codes: np.ndarray) -> Light:
-    """Integer codes as shares of their full range; floats clipped to 0 … 1, NaN as 0."""
-    if codes.dtype.kind == "f":
-        return np.clip(np.nan_to_num(codes.astype(np.float32)), 0, 1)
-    return (codes / np.float64(np.iinfo(codes.dtype).max)).astype(np.float32)
+    return replace(source, cover=read.alpha, paper=paper, premultiplied=read.premultiplied)
 
 
 def _decoded(pixels: np.ndarray, name: str) -> Source:
@@ -331,7 +326,9 @@ def _placed(
             f"allowed: {limit >> 20} MiB. Raise --max-memory, or ask for fewer"
         )
     with report.stage("resize", fit=fit) as entry:
-        light = np.concatenate([source.band(a, b) for a, b in bands(rows, BAND_ROWS)])
+        light = np.empty((rows, columns), np.float32)
+        for start, stop in bands(rows, BAND_ROWS):
+            light[start:stop] = source.band(start, stop)
         placed = place(light, width, height, fit, paper, aspect)
         entry.update(size=[placed.shape[1], placed.shape[0]])
     if profile is not None and columns != placed.shape[1]:

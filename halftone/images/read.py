@@ -24,8 +24,8 @@ __all__ = ["DEFAULT_LIMIT", "Picture", "read_picture"]
 DEFAULT_LIMIT = 4 << 30
 """Bytes of memory that a picture may take unless the caller says otherwise."""
 
-BYTES_PER_PIXEL = 12
-"""Beside the stored pixels: light as float32, once resized, and level indices, with some room."""
+BYTES_PER_PIXEL = 16
+"""Beside the stored pixels: light as float32, a copy to resize it, and level indices."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,10 @@ def _check_size(spec: Any, name: str, limit: int) -> None:
     pixels = spec.width * spec.height
     if pixels <= 0 or spec.nchannels < 1:
         raise InputFileError(f"'{name}' has no pixels: it is {spec.width} × {spec.height}")
-    need = pixels * (spec.nchannels * spec.format.size() + BYTES_PER_PIXEL)
+    stored = spec.nchannels * spec.format.size()  # twice: as read, then upright and apart
+    if spec.format.size() not in (1, 2) or str(spec.format) == "half":
+        stored += spec.nchannels * 4  # light as float32 at once
+    need = pixels * (2 * stored + BYTES_PER_PIXEL)
     if need > limit:
         raise InputFileError(
             f"'{name}' is {spec.width} × {spec.height} × {spec.nchannels} and would take about "
@@ -117,7 +120,7 @@ def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
         pixels = pixels[:, :, None]
     names = [str(c).upper().rpartition(".")[2] for c in spec.channelnames]
     alpha = None
-    if "A" in names[: pixels.shape[2]] and pixels.shape[2] in (2, 4):
+    if "A" in names and names.index("A") in (1, 3):
         alpha = _upright(pixels[:, :, names.index("A")], spec)
     colours = 3 if pixels.shape[2] >= 3 else 1
     body = _upright(pixels[:, :, :3] if colours == 3 else pixels[:, :, 0], spec)

@@ -12,7 +12,7 @@ import numpy as np
 from halftone._arrays import BAND_ROWS, Light, Source
 from halftone._parallel import bands
 from halftone.errors import UsageError
-from halftone.tone.range import scale
+from halftone.tone.range import scale, to_light
 from halftone.tone.transfer import encoding
 
 __all__ = ["auto_levels", "brightness", "contrast", "invert", "light_histogram"]
@@ -42,9 +42,7 @@ def contrast(amount: float) -> Step:
     def step(light: Light) -> Light:
         base = np.maximum(light.astype(np.float64), 0) / MIDDLE_GRAY
         with np.errstate(over="ignore"):
-            bent = np.minimum(MIDDLE_GRAY * base**power, np.finfo(np.float32).max)
-        bent32: Light = bent.astype(np.float32)
-        return bent32
+            return to_light(MIDDLE_GRAY * base**power)
 
     return step
 
@@ -67,7 +65,7 @@ def auto_levels(source: Source, share: float = 0.005) -> Step:
     black, white = float(code[low]), float(code[high])
     if white <= black:
         return lambda light: light
-    return lambda light: ((light.astype(np.float64) - black) / (white - black)).astype(np.float32)
+    return lambda light: to_light((light.astype(np.float64) - black) / (white - black))
 
 
 def light_histogram(source: Source) -> np.ndarray:

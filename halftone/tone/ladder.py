@@ -96,7 +96,7 @@ def borders(ladder: Float, by: str = "arithmetic") -> Float:
                 f"the darkest level is {ladder[0]:g}: a ratio needs levels above 0. "
                 "Use by='arithmetic', or a ladder that starts at the device's black, as log:0.02:4"
             )
-        return np.sqrt(ladder[:-1]) * np.sqrt(ladder[1:])
+        return np.sqrt(ladder[:-1] * ladder[1:])
     raise UsageError(f"by={by!r}; allowed: arithmetic, ratio")
 
 
@@ -113,9 +113,13 @@ def visible_steps(levels: ArrayLike, threshold: float = 5.0) -> int:
 
 
 def _check_steps(n: int) -> int:
-    if isinstance(n, bool) or n != int(n) or n < 1:
+    try:
+        whole = int(n)
+    except (TypeError, ValueError, OverflowError):
+        whole = 0
+    if isinstance(n, bool) or whole != n or whole < 1:
         raise UsageError(f"n={n!r} steps; allowed: 1, 2, 3, …")
-    return int(n)
+    return whole
 
 
 def _check_black(i0: float | ArrayLike) -> Float:

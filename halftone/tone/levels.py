@@ -85,7 +85,7 @@ class Levels:
             raise UsageError(f"levels={spec!r}; {_ALLOWED}") from None
         if values.ndim == 0:
             raise UsageError(f"levels={spec!r}; {_ALLOWED}")
-        text = ",".join(f"{v:g}" for v in np.ravel(values)[:256])
+        text = ",".join(f"{v:.9g}" for v in np.ravel(values)[:256])
         return _no_response(cls(values, text), response)  # type: ignore[arg-type]
 
     def __len__(self) -> int:

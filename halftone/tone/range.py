@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from halftone._arrays import BAND_ROWS, Light, Source
 from halftone._parallel import bands
 from halftone.errors import UsageError, near
 
-__all__ = ["RULES", "bring_into_range", "clip", "compress", "extremes", "scale"]
+__all__ = ["RULES", "bring_into_range", "clip", "compress", "extremes", "scale", "to_light"]
 
 Step = Callable[[Light], Light]
 
@@ -35,7 +36,7 @@ def bring_into_range(source: Source, darkest: float, lightest: float, rule: str 
     if rule == "scale":
         brightest = extremes(source)[1]
         if brightest > lightest:
-            source = source.then(scale(lightest / brightest))
+            source = source.then(scale(float(lightest) / brightest))
     if rule == "compress":
         source = source.then(compress(lightest))
     return source.then(clip(darkest, lightest))
@@ -49,7 +50,13 @@ def clip(darkest: float, lightest: float) -> Step:
 
 def scale(factor: float) -> Step:
     """Light times *factor*."""
-    return lambda light: (light * np.float64(factor)).astype(np.float32)
+    return lambda light: to_light(light * np.float64(factor))
+
+
+def to_light(values: NDArray[np.float64]) -> Light:
+    """float64 as float32 light; beyond what a float32 holds, the largest it does."""
+    limit = np.finfo(np.float32).max
+    return np.clip(values, -limit, limit).astype(np.float32)
 
 
 def compress(lightest: float) -> Step:

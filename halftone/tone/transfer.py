@@ -58,17 +58,17 @@ def encoding(spec: str | Encoding) -> Encoding:
     """
     if isinstance(spec, Encoding):
         return spec
-    name = str(spec).strip().lower().replace("-", "").replace("_", "").replace(".", "", 0)
-    if name.startswith("gamma"):
-        return _power(name.removeprefix("gamma").removeprefix(":"))
-    aliases = {"rec709": "bt709", "709": "bt709", "lin": "linear", "light": "linear"}
-    name = aliases.get(name, name)
-    if name not in _NAMED:
-        try:
-            return _power(name)
-        except UsageError:
-            raise UsageError(near(str(spec), ENCODINGS, "encoding")) from None
-    return _NAMED[name]
+    text = str(spec).strip().lower()
+    name = "".join(c for c in text if c not in "-_. ")
+    name = {"rec709": "bt709", "lin": "linear", "light": "linear"}.get(name, name)
+    if name in _NAMED:
+        return _NAMED[name]
+    try:
+        return _power(text.removeprefix("gamma").removeprefix(":"))
+    except UsageError:
+        if text.startswith("gamma") or text[:1] in "+-.0123456789":
+            raise
+        raise UsageError(near(str(spec), ENCODINGS, "encoding")) from None
 
 
 def intensity(voltage: ArrayLike, gamma: float, a: float = 1.0) -> Float:
@@ -109,7 +109,9 @@ def _non_negative(values: ArrayLike, what: str) -> Float:
 
 def _power(text: str) -> Encoding:
     gamma = check_gamma(text)
-    return Encoding(f"gamma:{gamma:g}", lambda v: v**gamma, lambda v: v ** (1.0 / gamma))
+    short = f"{gamma:g}"
+    name = short if float(short) == gamma else repr(gamma)  # equal names, equal curves
+    return Encoding(f"gamma:{name}", lambda v: v**gamma, lambda v: v ** (1.0 / gamma))
 
 
 def _odd(curve: Callable[[Float], Float], values: ArrayLike) -> Float:

@@ -1,0 +1,7 @@
+"""``python -m halftone``."""
+
+import sys
+
+from halftone.cli import main
+
+sys.exit(main())
