@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 
 from halftone.errors import InputError, UsageError
 
-__all__ = ["BAND_ROWS", "LUMINANCE", "Light", "Source", "as_pixels", "check_finite", "share"]
+__all__ = [
+    "BAND_ROWS",
+    "LUMINANCE",
+    "Light",
+    "Source",
+    "as_pixels",
+    "check_finite",
+    "check_policy",
+    "share",
+]
 
 Light = NDArray[np.float32]
 Codes = NDArray[Any]
@@ -159,8 +168,7 @@ def check_finite(source: Source, policy: str) -> Source:
     ``error`` refuses them and names the first; ``clip`` makes NaN black and ±inf the lightest and
     the darkest light a float32 holds, which the range rule then brings to white and black.
     """
-    if policy not in NONFINITE:
-        raise UsageError(f"nonfinite='{policy}' is unknown; allowed: {', '.join(NONFINITE)}")
+    check_policy(policy)
     if source.pixels.dtype.kind != "f":
         return source
     for start in range(0, source.shape[0], BAND_ROWS):
@@ -179,3 +187,9 @@ def check_finite(source: Source, policy: str) -> Source:
             "and infinite light as white"
         )
     return source
+
+
+def check_policy(policy: str) -> None:
+    """Refuse a name that is no policy for NaN and infinity."""
+    if policy not in NONFINITE:
+        raise UsageError(f"nonfinite='{policy}' is unknown; allowed: {', '.join(NONFINITE)}")

@@ -1,82 +1,35 @@
-"""From a picture or linear light to a frame: the one way through the house.
-
-read → light → place (resize) → adjust → range → dither. Every stage says how long it took, and what
-was left out says why.
-"""
+"""What users call: a picture file, an array or linear light to a frame."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite
-from halftone._parallel import bands, count_workers, for_each_band
-from halftone.dithering.base import Job, Method
-from halftone.dithering.registry import method as find_method
-from halftone.errors import InputError, UsageError
+from halftone._arrays import BAND_ROWS, Light, as_pixels
+from halftone._parallel import bands
+from halftone.dithering.base import Method
 from halftone.frame import Frame
-from halftone.images.read import DEFAULT_LIMIT, Picture, read_picture
-from halftone.packing import Packing
-from halftone.tone import adjust
+from halftone.images.read import DEFAULT_LIMIT, read_picture
+from halftone.recipe import (
+    DEFAULT_METHOD,
+    Profile,
+    Recipe,
+    Report,
+    background_light,
+    configured,
+    decoded,
+    dithered,
+    light_of,
+    response,
+)
 from halftone.tone.levels import Levels
-from halftone.tone.range import bring_into_range
-from halftone.tone.transfer import encoding as find_encoding
 
-__all__ = ["DEFAULT_METHOD", "Profile", "convert", "dither", "read"]
-
-DEFAULT_METHOD = "floyd-steinberg"
-
-BACKGROUNDS = {"white": 1.0, "black": 0.0}
+__all__ = ["convert", "dither", "read"]
 
 Progress = Callable[[float], None]
-
-
-class Profile(Protocol):
-    """What the pipeline asks of a device."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def width(self) -> int | None: ...
-    @property
-    def height(self) -> int | None: ...
-    @property
-    def dpi(self) -> tuple[float, float] | None: ...
-    @property
-    def levels(self) -> Levels: ...
-    @property
-    def packing(self) -> Packing: ...
-    @property
-    def method(self) -> str | None: ...
-
-
-@dataclass
-class _Report:
-    """What was done, with seconds, and what was left out, with the reason."""
-
-    stages: list[dict[str, Any]] = field(default_factory=list)
-    left_out: list[dict[str, str]] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-
-    @contextmanager
-    def stage(self, name: str, **facts: Any) -> Iterator[dict[str, Any]]:
-        entry: dict[str, Any] = {"stage": name, **facts}
-        start = time.perf_counter()
-        yield entry
-        entry["seconds"] = round(time.perf_counter() - start, 6)
-        self.stages.append(entry)
-
-    def leave_out(self, name: str, why: str) -> None:
-        self.left_out.append({"stage": name, "why": why})
-
-    def as_dict(self) -> dict[str, Any]:
-        return {"stages": self.stages, "left_out": self.left_out, "notes": self.notes}
 
 
 def read(
@@ -96,7 +49,7 @@ def read(
 
     Raises :class:`halftone.errors.InputFileError`.
     """
-    source = _light_of(read_picture(path, max_memory), encoding, _background(background), _Report())
+    source = light_of(read_picture(path, max_memory), encoding, background_light(background), Report())
     light = np.empty(source.pixels.shape, np.float32)
     for start, stop in bands(source.shape[0], BAND_ROWS):
         light[start:stop] = source.colours(start, stop)
@@ -136,12 +89,11 @@ def dither(
 
     Raises :class:`halftone.errors.UsageError` and :class:`halftone.errors.InputError`.
     """
-    pixels = as_pixels(image)
-    source = _decoded(pixels, encoding or ("linear" if pixels.dtype.kind == "f" else "srgb"))
-    chosen = _method(method, serpentine, strength, seed)
-    ladder = Levels.of(levels, _response(gamma))
-    report = _Report()
-    return _dithered(source, chosen, ladder, range, nonfinite, workers, progress, report)
+    chosen = configured(method, serpentine, strength, seed)
+    ladder = Levels.of(levels, response(gamma))
+    chosen.check(ladder)
+    source = decoded(as_pixels(image), encoding)
+    return dithered(source, chosen, ladder, range, nonfinite, workers, progress, Report())
 
 
 def convert(
@@ -180,193 +132,29 @@ def convert(
     invert : white less the light. All other parameters are those of :func:`dither`.
 
     Everything is done in linear light: decode, alpha over the background, luminance, resize,
-    auto-levels, brightness, contrast, invert, range, dither.
+    auto-levels, brightness, contrast, invert, range, dither. To convert many pictures alike, make a
+    :class:`Recipe` once.
     """
-    report = _Report()
-    # What can be refused without the picture is refused before it is read.
-    chosen = _method(
-        method or (profile and profile.method) or DEFAULT_METHOD, serpentine, strength, seed
+    recipe = Recipe(
+        profile=profile,
+        method=method,
+        levels=levels,
+        width=width,
+        height=height,
+        fit=fit,
+        encoding=encoding,
+        gamma=gamma,
+        brightness=brightness,
+        contrast=contrast,
+        auto_levels=auto_levels,
+        invert=invert,
+        background=background,
+        range=range,
+        nonfinite=nonfinite,
+        serpentine=serpentine,
+        strength=strength,
+        seed=seed,
+        workers=workers,
+        max_memory=max_memory,
     )
-    response = _response(gamma)
-    if levels is None and profile is not None:
-        ladder = Levels.of(profile.levels, response)
-    else:
-        ladder = Levels.of(2 if levels is None else levels, response)
-    if profile is not None and len(ladder) != len(profile.levels):
-        raise UsageError(
-            f"{len(ladder)} levels were asked for and the device '{profile.name}' has "
-            f"{len(profile.levels)}; leave levels out, or give as many"
-        )
-    paper = _background(background)
-    steps = _adjustments(brightness, contrast, invert)
-    source = _source(picture, encoding, paper, max_memory, report)
-    source = check_finite(source, nonfinite)
-    source = _placed(source, profile, width, height, fit, paper, max_memory, report)
-    if auto_levels or steps:
-        with report.stage("adjust"):
-            if auto_levels:
-                source = source.then(adjust.auto_levels(source))
-            source = source.then(*steps)
-    else:
-        report.leave_out("adjust", "no brightness, contrast, levels or invert was asked for")
-    frame = _dithered(source, chosen, ladder, range, nonfinite, workers, progress, report)
-    if profile is None:
-        return frame
-    return Frame(frame.indices, ladder, frame.method, profile.dpi, profile.packing, frame.report)
-
-
-def _method(spec: str | Method, serpentine: bool | None, strength: float, seed: int) -> Method:
-    strong = None if strength == 1 else strength
-    return find_method(spec, serpentine=serpentine, strength=strong, seed=seed or None)
-
-
-def _response(gamma: str | float | None) -> str | None:
-    if gamma is None:
-        return None
-    return f"gamma:{gamma}" if isinstance(gamma, int | float) else gamma
-
-
-def _background(background: str | float) -> float:
-    light = BACKGROUNDS.get(background) if isinstance(background, str) else background
-    if light is None:
-        try:
-            light = float(background)
-        except ValueError:
-            light = -1.0
-    if not 0 <= light <= 1:
-        raise UsageError(f"background={background!r}; allowed: white, black, or light 0 … 1")
-    return float(light)
-
-
-def _adjustments(brightness: float, contrast: float, invert: bool) -> list[Callable[[Light], Light]]:
-    steps = []
-    if brightness:
-        steps.append(adjust.brightness(brightness))
-    if contrast:
-        steps.append(adjust.contrast(contrast))
-    if invert:
-        steps.append(adjust.invert())
-    return steps
-
-
-def _source(picture: Any, encoding: str | None, paper: float, limit: int, report: _Report) -> Source:
-    if not isinstance(picture, str | Path):
-        pixels = as_pixels(picture)
-        return _decoded(pixels, encoding or ("linear" if pixels.dtype.kind == "f" else "srgb"))
-    with report.stage("read", file=str(picture)) as entry:
-        read = read_picture(picture, limit)
-        entry.update(size=[read.pixels.shape[1], read.pixels.shape[0]], type=str(read.pixels.dtype))
-    return _light_of(read, encoding, paper, report)
-
-
-def _light_of(read: Picture, encoding: str | None, paper: float, report: _Report) -> Source:
-    """Light of a file's pixels over the background."""
-    name = encoding or read.encoding
-    source = _decoded(read.pixels, name)
-    if read.alpha is None:
-        report.leave_out("alpha", "the picture has no alpha channel")
-        return source
-    full = 1 if read.alpha.dtype.kind == "f" else np.iinfo(read.alpha.dtype).max
-    if (read.alpha == full).all():
-        report.leave_out("alpha", "every pixel is opaque")
-        return source
-    return replace(source, cover=read.alpha, paper=paper, premultiplied=read.premultiplied)
-
-
-def _decoded(pixels: np.ndarray, name: str) -> Source:
-    """Pixels with the meaning *name*; a table for 8 and 16 bits, else light at once."""
-    code = find_encoding(name)
-    if pixels.dtype in (np.uint8, np.uint16):
-        return Source(pixels, code.table(1 << (8 * pixels.dtype.itemsize)))
-    if pixels.dtype.kind == "f" and code.name == "linear":
-        return Source(pixels)
-    light = np.empty(pixels.shape, np.float32)
-    full = 1.0 if pixels.dtype.kind == "f" else float(np.iinfo(pixels.dtype).max)
-    for start, stop in bands(pixels.shape[0], BAND_ROWS):
-        with np.errstate(over="ignore"):
-            light[start:stop] = code.decode(pixels[start:stop] / full)
-    return Source(light)
-
-
-def _placed(
-    source: Source,
-    profile: Profile | None,
-    width: int | None,
-    height: int | None,
-    fit: str,
-    paper: float,
-    limit: int,
-    report: _Report,
-) -> Source:
-    """The picture at the size of the device, or at the size asked for."""
-    from halftone.images.resize import place
-
-    rows, columns = source.shape
-    aspect = 1.0
-    if profile is not None:
-        if profile.dpi is not None:
-            aspect = profile.dpi[0] / profile.dpi[1]
-        if width is None and height is None:
-            width, height = profile.width, profile.height
-        if profile.width is not None and width is not None and width > profile.width:
-            raise UsageError(
-                f"width {width} is more than the {profile.width} dots of the device "
-                f"'{profile.name}': nothing is cropped silently. Leave --width out to fit"
-            )
-    if (width or columns, height or rows) == (columns, rows) and aspect == 1:
-        report.leave_out("resize", "the picture has the size asked for")
-        return source
-    pixels = (width or columns) * (height or rows)
-    if width is None or height is None:
-        ratio = width / columns if width else (height or rows) / rows
-        pixels = round(rows * columns * ratio * ratio)
-    if pixels * 12 > limit:
-        raise InputError(
-            f"the size asked for has {pixels} pixels and would take about {pixels * 12 >> 20} MiB; "
-            f"allowed: {limit >> 20} MiB. Raise --max-memory, or ask for fewer"
-        )
-    with report.stage("resize", fit=fit) as entry:
-        light = np.empty((rows, columns), np.float32)
-        for start, stop in bands(rows, BAND_ROWS):
-            light[start:stop] = source.band(start, stop)
-        placed = place(light, width, height, fit, paper, aspect)
-        entry.update(size=[placed.shape[1], placed.shape[0]])
-    if profile is not None and columns != placed.shape[1]:
-        report.notes.append(
-            f"the picture of {columns} × {rows} was scaled to {placed.shape[1]} × "
-            f"{placed.shape[0]} for '{profile.name}'"
-        )
-    return Source(np.ascontiguousarray(placed))
-
-
-def _dithered(
-    source: Source,
-    method: Method,
-    levels: Levels,
-    rule: str,
-    nonfinite: str,
-    workers: int,
-    progress: Progress | None,
-    report: _Report,
-) -> Frame:
-    workers = count_workers(workers)
-    source = check_finite(source, nonfinite)
-    source = bring_into_range(source, levels.darkest, levels.lightest, rule)
-    height, width = source.shape
-    indices = np.empty((height, width), np.uint8)
-    with report.stage("dither", method=method.text(), levels=levels.text, range=rule) as entry:
-        halftoner = method.halftoner(Job(source, levels))
-        used = workers if halftoner.parallel else 1
-        for_each_band(
-            lambda start, stop: halftoner.band(start, stop, indices[start:stop]),
-            height,
-            BAND_ROWS,
-            used,
-            progress,
-        )
-        entry.update(claim=str(method.claim), workers=used)
-    if method.needs == "numpy":
-        report.leave_out("numba", f"'{method.text()}' needs no compiled code")
-    if source.codes() is not None:
-        report.leave_out("float copy", "integer codes go to the method with a table of their light")
-    return Frame(indices, levels, method.text(), report=report.as_dict())
+    return recipe.convert(picture, progress)

@@ -19,7 +19,8 @@ ARROWS = {
     "metrics": CELLAR | {"vision", "tone", "screens", "dithering"},
     "frame": CELLAR | {"packing", "tone", "images"},
     "images": CELLAR | {"packing", "tone", "frame"},
-    "pipeline": CELLAR | LOW | {"images", "screens", "dithering", "frame"},
+    "recipe": CELLAR | LOW | {"images", "screens", "dithering", "frame"},
+    "pipeline": CELLAR | {"recipe"} | LOW | {"images", "screens", "dithering", "frame"},
     "devices": {"errors", "tone", "vision", "packing", "images", "pipeline", "frame"},
 }
 # Third-party packages: only inside functions, only in these files.

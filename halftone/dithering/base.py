@@ -80,4 +80,7 @@ class Method(Protocol):
     def with_options(self, **options: Any) -> Method:
         """The same method with strength, serpentine or seed set; UsageError if one does not apply."""
 
+    def check(self, levels: Levels) -> None:
+        """UsageError if the method cannot work on these levels."""
+
     def halftoner(self, job: Job) -> Halftoner: ...

@@ -73,6 +73,9 @@ class ErrorDiffusion:
         only(self.text(), options, "strength", "serpentine")
         return replace(self, **options)
 
+    def check(self, levels: Levels) -> None:
+        """Any levels will do."""
+
     def halftoner(self, job: Job) -> _Light | _Codes:
         if self._integer(job):
             return _Codes(self, job)

@@ -16,6 +16,7 @@ from halftone._arrays import Light
 from halftone.dithering.base import NO_CLAIM, Claim, Job
 from halftone.dithering.ordered import check_strength, only, step_up
 from halftone.errors import UsageError
+from halftone.tone.levels import Levels
 
 __all__ = ["RandomDither", "uniform_noise"]
 
@@ -64,6 +65,9 @@ class RandomDither:
     def with_options(self, **options: Any) -> RandomDither:
         only(self.text(), options, "strength", "seed")
         return replace(self, **options)
+
+    def check(self, levels: Levels) -> None:
+        """Any levels will do."""
 
     def halftoner(self, job: Job) -> _Random:
         return _Random(self, job)

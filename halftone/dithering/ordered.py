@@ -17,6 +17,7 @@ from halftone._arrays import Light
 from halftone.dithering.base import NO_CLAIM, Claim, Job
 from halftone.errors import UsageError
 from halftone.screens.order import Screen, tiled
+from halftone.tone.levels import Levels
 
 __all__ = ["Ordered", "check_strength", "only", "step_up"]
 
@@ -52,6 +53,9 @@ class Ordered:
     def with_options(self, **options: Any) -> Ordered:
         only(self.text(), options, "strength")
         return replace(self, **options)
+
+    def check(self, levels: Levels) -> None:
+        """Any levels will do."""
 
     def halftoner(self, job: Job) -> _Ordered:
         half = np.float32(0.5)

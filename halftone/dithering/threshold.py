@@ -14,6 +14,7 @@ from halftone.errors import UsageError
 from halftone.screens.order import Screen
 from halftone.tone.adjust import BINS, light_histogram
 from halftone.tone.ladder import borders
+from halftone.tone.levels import Levels
 
 __all__ = ["MIDDLE", "Nearest", "Threshold", "otsu"]
 
@@ -41,6 +42,10 @@ class Nearest:
     def with_options(self, **options: Any) -> Nearest:
         only(self.text(), options)
         return self
+
+    def check(self, levels: Levels) -> None:
+        """A ratio needs levels above 0."""
+        borders(levels.distinct.astype(np.float64), self.by)
 
     def halftoner(self, job: Job) -> Halftoner:
         distinct = job.levels.distinct.astype(np.float64)
@@ -95,12 +100,15 @@ class Threshold:
         only(self.text(), options)
         return self
 
-    def halftoner(self, job: Job) -> Halftoner:
-        if job.levels.distinct.size != 2:
+    def check(self, levels: Levels) -> None:
+        """Two levels, and no more."""
+        if levels.distinct.size != 2:
             raise UsageError(
-                f"threshold needs two levels and the device has {job.levels.distinct.size}; "
+                f"threshold needs two levels and the device has {levels.distinct.size}; "
                 "use the method 'none' for the nearest of several levels"
             )
+
+    def halftoner(self, job: Job) -> Halftoner:
         at = self.at
         if isinstance(at, str):
             dark, light = (float(v) for v in job.levels.distinct)

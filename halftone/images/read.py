@@ -7,12 +7,13 @@ picture, no pixels, too large for the memory limit (from the header alone), dama
 from __future__ import annotations
 
 import os
+import stat
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,10 @@ __all__ = ["DEFAULT_LIMIT", "Picture", "read_picture"]
 DEFAULT_LIMIT = 4 << 30
 """Bytes of memory that a picture may take unless the caller says otherwise."""
 
-BYTES_PER_PIXEL = 16
-"""Beside the stored pixels: light as float32, a copy to resize it, and level indices."""
+BYTES_PER_PIXEL = 12
+"""Beside the stored pixels: light as float32, copies to resize it, and level indices."""
+
+CHUNK = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -47,69 +50,86 @@ class Picture:
 
 def read_picture(path: str | Path, limit: int = DEFAULT_LIMIT) -> Picture:
     """Read the first image of a file, or of stdin for ``-``."""
-    name = "stdin" if str(path) == "-" else str(path)
-    with _opened(path, name, limit) as file:
+    name = "stdin" if str(path) == "-" else f"'{path}'"
+    with _opened(path, name, limit) as place:
+        file = _open(place, name)
         spec = file.spec()
         _check_size(spec, name, limit)
         pixels = file.read_image(0, 0, 0, spec.nchannels, "unknown")
         # Some readers return pixels for a truncated file: the error message tells.
         trouble = file.geterror()
         if pixels is None or trouble:
-            raise InputFileError(f"'{name}' is damaged or cut off: {_line(trouble)}")
+            raise InputFileError(f"{name} is damaged or cut off: {_reason(trouble, place)}")
     return _picture(np.asarray(pixels), spec, name)
 
 
 @contextmanager
-def _opened(path: str | Path, name: str, limit: int) -> Iterator[Any]:
+def _opened(path: str | Path, name: str, limit: int) -> Iterator[str]:
+    """A path under which OpenImageIO can open the picture."""
     if name == "stdin":
-        data = sys.stdin.buffer.read(limit + 1)
-        if len(data) > limit:
-            raise InputFileError(f"stdin holds more than {limit >> 20} MiB; raise --max-memory")
-        if not data:
-            raise InputFileError("stdin is empty: no picture was piped in")
-        # OpenImageIO reads files only; this one has no place on a disk.
-        handle = os.memfd_create("halftone-stdin")
-        try:
-            with os.fdopen(os.dup(handle), "wb") as memory:
-                memory.write(data)
-            yield _open(f"/proc/self/fd/{handle}", name)
-        finally:
-            os.close(handle)
+        if sys.stdin is None:
+            raise InputFileError("stdin is closed: no picture was piped in")
+        with _in_memory(sys.stdin.buffer, name, limit) as place:
+            yield place
         return
     try:
-        if Path(path).is_dir():
-            raise InputFileError(f"'{name}' is a folder; name the pictures in it")
-        with open(path, "rb") as probe:
-            empty = not probe.read(1)
+        with open(path, "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a pipe, as <(…)
+                with _in_memory(file, name, limit) as place:
+                    yield place
+            elif not file.read(1):
+                raise InputFileError(f"{name} is empty (0 bytes)")
+            elif str(path).isprintable():
+                yield str(path)  # the ending helps to find the format
+            else:
+                yield f"/proc/self/fd/{file.fileno()}"
+    except IsADirectoryError:
+        raise InputFileError(f"{name} is a folder; name the pictures in it") from None
     except OSError as error:
-        raise InputFileError(f"'{name}' cannot be read: {error.strerror}") from None
-    if empty:
-        raise InputFileError(f"'{name}' is empty (0 bytes)")
-    yield _open(str(path), name)
+        raise InputFileError(f"{name} cannot be read: {error.strerror}") from None
 
 
-def _open(path: str, name: str) -> Any:
+@contextmanager
+def _in_memory(stream: BinaryIO, name: str, limit: int) -> Iterator[str]:
+    """All of a stream as a file without a place on a disk: OpenImageIO reads files only."""
+    handle = os.memfd_create("halftone")
+    try:
+        size = 0
+        with os.fdopen(os.dup(handle), "wb") as memory:
+            while chunk := stream.read(CHUNK):
+                size += memory.write(chunk)
+                if size > limit:
+                    raise InputFileError(f"{name} holds more than {limit >> 20} MiB; raise --max-memory")
+        if not size:
+            raise InputFileError(f"{name} is empty: no picture was piped in")
+        yield f"/proc/self/fd/{handle}"
+    finally:
+        os.close(handle)
+
+
+def _open(place: str, name: str) -> Any:
     import OpenImageIO as oiio
 
     wish = oiio.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)  # codes as stored, not multiplied as if linear
-    file = oiio.ImageInput.open(path, wish)
+    file = oiio.ImageInput.open(place, wish)
     if file is None:
-        raise InputFileError(f"'{name}' is not a picture that can be read: {_line(oiio.geterror())}")
+        reason = _reason(oiio.geterror(), place)
+        raise InputFileError(f"{name} is not a picture that can be read: {reason}")
     return file
 
 
 def _check_size(spec: Any, name: str, limit: int) -> None:
     pixels = spec.width * spec.height
     if pixels <= 0 or spec.nchannels < 1:
-        raise InputFileError(f"'{name}' has no pixels: it is {spec.width} × {spec.height}")
-    stored = spec.nchannels * spec.format.size()  # twice: as read, then upright and apart
+        raise InputFileError(f"{name} has no pixels: it is {spec.width} × {spec.height}")
+    stored = 2 * spec.nchannels * spec.format.size()  # as read, then upright and apart
     if spec.format.size() not in (1, 2) or str(spec.format) == "half":
         stored += spec.nchannels * 4  # light as float32 at once
-    need = pixels * (2 * stored + BYTES_PER_PIXEL)
+    need = pixels * (stored + BYTES_PER_PIXEL)
     if need > limit:
         raise InputFileError(
-            f"'{name}' is {spec.width} × {spec.height} × {spec.nchannels} and would take about "
+            f"{name} is {spec.width} × {spec.height} × {spec.nchannels} and would take about "
             f"{need >> 20} MiB; allowed: {limit >> 20} MiB. Raise --max-memory (max_memory=) or "
             "make the picture smaller first"
         )
@@ -127,7 +147,7 @@ def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
     if body.dtype.kind == "f":
         body = body.astype(np.float32, copy=False)
     elif body.dtype not in (np.uint8, np.uint16, np.uint32):
-        raise InputFileError(f"'{name}' holds {body.dtype} pixels; allowed: unsigned or float")
+        raise InputFileError(f"{name} holds {body.dtype} pixels; allowed: unsigned or float")
     return Picture(
         pixels=body,
         alpha=alpha,
@@ -175,7 +195,9 @@ def _upright(pixels: NDArray[Any], spec: Any) -> NDArray[Any]:
     return np.ascontiguousarray(pixels)
 
 
-def _line(message: str) -> str:
-    """The first line of a library's message."""
+def _reason(message: str, place: str) -> str:
+    """The first line of a library's message, without the path, which we name ourselves."""
+    for quoted in (f' ("{place}")', f' for "{place}"', f'"{place}"', place):
+        message = message.replace(quoted, "" if quoted.startswith(" ") else "it")
     lines = [line.strip() for line in message.splitlines() if line.strip()]
     return lines[0] if lines else "no reason given"

@@ -7,7 +7,7 @@ import numpy as np
 from halftone._arrays import Light
 from halftone.errors import UsageError
 
-__all__ = ["FITS", "parse_size", "place", "resize"]
+__all__ = ["FITS", "parse_size", "place", "resize", "target_size"]
 
 FITS = {
     "contain": "the whole picture, over the background where its shape differs",
@@ -26,6 +26,25 @@ def parse_size(text: str) -> tuple[int | None, int | None]:
     if not cross or size == (None, None) or any(v is not None and v < 1 for v in size):
         raise UsageError(f"size '{text}'; allowed: WxH, Wx or xH in pixels, as 576x800, 576x or x800")
     return size
+
+
+def target_size(
+    rows: int, columns: int, width: int | None, height: int | None, aspect: float = 1.0
+) -> tuple[int, int]:
+    """(width, height) for a picture of *rows* × *columns*, where one or both may be left open.
+
+    aspect : dots per inch across over dots per inch down; 1 for square dots.
+    """
+    if width is None and height is None:
+        width = columns
+        if aspect == 1:
+            return width, rows
+    if width is None:
+        assert height is not None
+        return max(1, round(height * columns * aspect / rows)), height
+    if height is None:
+        height = max(1, round(width * rows / (columns * aspect)))
+    return width, height
 
 
 def resize(light: Light, width: int, height: int) -> Light:
@@ -49,29 +68,17 @@ def resize(light: Light, width: int, height: int) -> Light:
 
 def place(
     light: Light,
-    width: int | None,
-    height: int | None,
+    width: int,
+    height: int,
     fit: str = "contain",
     background: float = 1.0,
     aspect: float = 1.0,
 ) -> Light:
-    """*light* at the size asked for, by one of :data:`FITS`.
-
-    aspect : dots per inch across over dots per inch down; 1 for square dots.
-    """
-    if fit not in FITS:
-        raise UsageError(f"fit '{fit}'; allowed: {', '.join(FITS)}")
+    """*light* at *width* × *height* by one of :data:`FITS`; *aspect* as in :func:`target_size`."""
+    check_fit(fit)
     rows, columns = light.shape[:2]
-    if width is None and height is None:
-        return light if aspect == 1 else resize(light, columns, max(1, round(rows / aspect)))
-    if width is None or height is None:
-        if width is None:
-            assert height is not None
-            width = max(1, round(height * columns * aspect / rows))
-        else:
-            height = max(1, round(width * rows / (columns * aspect)))
-        return resize(light, width, height)
-    if fit == "stretch":
+    free = target_size(rows, columns, width, None, aspect)
+    if fit == "stretch" or free == (width, height):
         return resize(light, width, height)
     across, down = width / columns, height * aspect / rows
     ratio = min(across, down) if fit == "contain" else max(across, down)
@@ -83,8 +90,13 @@ def place(
         canvas[y : y + inner[1], x : x + inner[0]] = resize(light, *inner)
         return canvas
     inner = (max(inner[0], width), max(inner[1], height))
-    # Only what will be kept is resized: a strip of 1 × 65,000 pixels may be cut from a wide picture.
+    # Only what will be kept is resized: a strip of 1 × 65,000 may be cut from a wide picture.
     keep_rows = min(rows, max(1, round(height * rows / inner[1])))
     keep_columns = min(columns, max(1, round(width * columns / inner[0])))
     y, x = (rows - keep_rows) // 2, (columns - keep_columns) // 2
     return resize(light[y : y + keep_rows, x : x + keep_columns], width, height)
+
+
+def check_fit(fit: str) -> None:
+    if fit not in FITS:
+        raise UsageError(f"fit '{fit}'; allowed: {', '.join(FITS)}")

@@ -127,7 +127,7 @@ def _check_black(i0: float | ArrayLike) -> Float:
     if not (np.isfinite(black).all() and (black > 0).all() and (black < 1).all()):
         raise UsageError(
             f"I0={i0!r}, the intensity of black; allowed: above 0 and below 1, usually "
-            f"{USUAL_BLACK[0]} … {USUAL_BLACK[1]}. With a black of exactly 0 no ratio exists"
+            f"{USUAL_BLACK[0]} … {USUAL_BLACK[1]}, as in log:0.02:4. From exactly 0 no ratio exists"
         )
     if (black < 1e-3).any():
         warnings.warn(

@@ -16,7 +16,16 @@ from halftone._arrays import BAND_ROWS, Light, Source
 from halftone._parallel import bands
 from halftone.errors import UsageError, near
 
-__all__ = ["RULES", "bring_into_range", "clip", "compress", "extremes", "scale", "to_light"]
+__all__ = [
+    "RULES",
+    "bring_into_range",
+    "check_rule",
+    "clip",
+    "compress",
+    "extremes",
+    "scale",
+    "to_light",
+]
 
 Step = Callable[[Light], Light]
 
@@ -31,8 +40,7 @@ KNEE = 0.8
 
 def bring_into_range(source: Source, darkest: float, lightest: float, rule: str = "clip") -> Source:
     """*source* with all its light within darkest … lightest, by one of :data:`RULES`."""
-    if rule not in RULES:
-        raise UsageError(near(str(rule), RULES, "range rule"))
+    check_rule(rule)
     if rule == "scale":
         brightest = extremes(source)[1]
         if brightest > lightest:
@@ -40,6 +48,12 @@ def bring_into_range(source: Source, darkest: float, lightest: float, rule: str 
     if rule == "compress":
         source = source.then(compress(lightest))
     return source.then(clip(darkest, lightest))
+
+
+def check_rule(rule: str) -> None:
+    """Refuse a name that is no rule."""
+    if rule not in RULES:
+        raise UsageError(near(str(rule), RULES, "range rule"))
 
 
 def clip(darkest: float, lightest: float) -> Step:

@@ -60,13 +60,13 @@ def encoding(spec: str | Encoding) -> Encoding:
         return spec
     text = str(spec).strip().lower()
     name = "".join(c for c in text if c not in "-_. ")
-    name = {"rec709": "bt709", "lin": "linear", "light": "linear"}.get(name, name)
+    name = {"rec709": "bt709", "709": "bt709", "lin": "linear", "light": "linear"}.get(name, name)
     if name in _NAMED:
         return _NAMED[name]
     try:
         return _power(text.removeprefix("gamma").removeprefix(":"))
     except UsageError:
-        if text.startswith("gamma") or text[:1] in "+-.0123456789":
+        if text.startswith("gamma"):
             raise
         raise UsageError(near(str(spec), ENCODINGS, "encoding")) from None
 

@@ -1,0 +1,323 @@
+"""The stages from a picture to a frame, and a recipe that runs them alike for many pictures.
+
+read → light → place (resize) → adjust → range → dither. Every stage says how long it took, and what
+was left out says why.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite
+from halftone._parallel import bands, count_workers, for_each_band
+from halftone.dithering.base import Job, Method
+from halftone.dithering.registry import method as find_method
+from halftone.errors import InputError, UsageError
+from halftone.frame import Frame
+from halftone.images.read import DEFAULT_LIMIT, Picture, read_picture
+from halftone.packing import Packing
+from halftone.tone import adjust
+from halftone.tone.levels import Levels
+from halftone.tone.range import bring_into_range, check_rule
+from halftone.tone.transfer import encoding as find_encoding
+
+__all__ = ["DEFAULT_METHOD", "Profile", "Recipe", "Report"]
+
+DEFAULT_METHOD = "floyd-steinberg"
+
+BACKGROUNDS = {"white": 1.0, "black": 0.0}
+
+Progress = Callable[[float], None]
+
+
+class Profile(Protocol):
+    """What the pipeline asks of a device."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def width(self) -> int | None: ...
+    @property
+    def height(self) -> int | None: ...
+    @property
+    def dpi(self) -> tuple[float, float] | None: ...
+    @property
+    def levels(self) -> Levels: ...
+    @property
+    def packing(self) -> Packing: ...
+    @property
+    def method(self) -> str | None: ...
+
+
+@dataclass
+class Report:
+    """What was done, with seconds, and what was left out, with the reason."""
+
+    stages: list[dict[str, Any]] = field(default_factory=list)
+    left_out: list[dict[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @contextmanager
+    def stage(self, name: str, **facts: Any) -> Iterator[dict[str, Any]]:
+        entry: dict[str, Any] = {"stage": name, **facts}
+        start = time.perf_counter()
+        yield entry
+        entry["seconds"] = round(time.perf_counter() - start, 6)
+        self.stages.append(entry)
+
+    def leave_out(self, name: str, why: str) -> None:
+        self.left_out.append({"stage": name, "why": why})
+
+    def as_dict(self) -> dict[str, Any]:
+        return {"stages": self.stages, "left_out": self.left_out, "notes": self.notes}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """The options of :func:`halftone.convert`, checked once, before any picture is read."""
+
+    profile: Profile | None = None
+    method: str | Method | None = None
+    levels: Any = None
+    width: int | None = None
+    height: int | None = None
+    fit: str = "contain"
+    encoding: str | None = None
+    gamma: str | float | None = None
+    brightness: float = 0.0
+    contrast: float = 0.0
+    auto_levels: bool = False
+    invert: bool = False
+    background: str | float = "white"
+    range: str = "clip"
+    nonfinite: str = "error"
+    serpentine: bool | None = None
+    strength: float = 1.0
+    seed: int = 0
+    workers: int = 1
+    max_memory: int = DEFAULT_LIMIT
+
+    def __post_init__(self) -> None:
+        from halftone._arrays import check_policy
+        from halftone.images.resize import check_fit
+
+        profile = self.profile
+        spec = self.method or (profile and profile.method) or DEFAULT_METHOD
+        given = self.levels
+        if given is None:
+            given = 2 if profile is None else profile.levels
+        ladder = Levels.of(given, response(self.gamma))
+        if profile is not None and len(ladder) != len(profile.levels):
+            raise UsageError(
+                f"{len(ladder)} levels were asked for and the device '{profile.name}' has "
+                f"{len(profile.levels)}; leave levels out, or give as many"
+            )
+        for name, value in (("width", self.width), ("height", self.height)):
+            if value is not None and (isinstance(value, bool) or value != int(value) or value < 1):
+                raise UsageError(f"{name}={value!r}; allowed: 1, 2, …")
+        if self.encoding is not None:
+            find_encoding(self.encoding)
+        check_fit(self.fit)
+        check_rule(self.range)
+        check_policy(self.nonfinite)
+        count_workers(self.workers)
+        chosen = configured(spec, self.serpentine, self.strength, self.seed)
+        chosen.check(ladder)
+        object.__setattr__(self, "_method", chosen)
+        object.__setattr__(self, "_ladder", ladder)
+        object.__setattr__(self, "_paper", background_light(self.background))
+        object.__setattr__(self, "_steps", self._adjustments())
+
+    _method: Method = field(init=False, repr=False)
+    _ladder: Levels = field(init=False, repr=False)
+    _paper: float = field(init=False, repr=False)
+    _steps: tuple[Callable[[Light], Light], ...] = field(init=False, repr=False)
+
+    def convert(self, picture: Any, progress: Progress | None = None) -> Frame:
+        """*picture*, as :func:`halftone.convert` takes it, as a frame."""
+        report = Report()
+        source = check_finite(self._source(picture, report), self.nonfinite)
+        source = self._placed(source, report)
+        if self.auto_levels or self._steps:
+            with report.stage("adjust"):
+                if self.auto_levels:
+                    source = source.then(adjust.auto_levels(source))
+                source = source.then(*self._steps)
+        else:
+            report.leave_out("adjust", "no brightness, contrast, levels or invert was asked for")
+        frame = dithered(
+            source,
+            self._method,
+            self._ladder,
+            self.range,
+            self.nonfinite,
+            self.workers,
+            progress,
+            report,
+        )
+        if self.profile is None:
+            return frame
+        return replace(frame, dpi=self.profile.dpi, packing=self.profile.packing)
+
+    def _adjustments(self) -> tuple[Callable[[Light], Light], ...]:
+        steps = []
+        if self.brightness:
+            steps.append(adjust.brightness(self.brightness))
+        if self.contrast:
+            steps.append(adjust.contrast(self.contrast))
+        if self.invert:
+            steps.append(adjust.invert())
+        return tuple(steps)
+
+    def _source(self, picture: Any, report: Report) -> Source:
+        if not isinstance(picture, str | Path):
+            return decoded(as_pixels(picture), self.encoding)
+        with report.stage("read", file=str(picture)) as entry:
+            read = read_picture(picture, self.max_memory)
+            size = [read.pixels.shape[1], read.pixels.shape[0]]
+            entry.update(size=size, type=str(read.pixels.dtype))
+        return light_of(read, self.encoding, self._paper, report)
+
+    def _placed(self, source: Source, report: Report) -> Source:
+        """The picture at the size asked for, or at the device's."""
+        from halftone.images.resize import place, target_size
+
+        rows, columns = source.shape
+        wanted, aspect = (self.width, self.height), 1.0
+        if self.profile is not None:
+            if self.profile.dpi is not None:
+                aspect = self.profile.dpi[0] / self.profile.dpi[1]
+            if wanted == (None, None):
+                wanted = (self.profile.width, self.profile.height)
+        width, height = target_size(rows, columns, *wanted, aspect)
+        self._check_size(width, height)
+        if (width, height) == (columns, rows):
+            report.leave_out("resize", "the picture has the size asked for")
+            return source
+        with report.stage("resize", fit=self.fit, size=[width, height]):
+            light = np.empty((rows, columns), np.float32)
+            for start, stop in bands(rows, BAND_ROWS):
+                light[start:stop] = source.band(start, stop)
+            placed = place(light, width, height, self.fit, self._paper, aspect)
+        if self.profile is not None:
+            report.notes.append(
+                f"the picture of {columns} × {rows} was scaled to {width} × {height} for "
+                f"'{self.profile.name}'"
+            )
+        return Source(np.ascontiguousarray(placed))
+
+    def _check_size(self, width: int, height: int) -> None:
+        for name, dots in (("width", width), ("height", height)):
+            most = getattr(self.profile, name, None)
+            if most is not None and dots > most:
+                raise UsageError(
+                    f"the {name} {dots} is more than the {most} dots of the device "
+                    f"'{getattr(self.profile, 'name', '')}': nothing is cropped silently. "
+                    "Leave --size and --width out to fit"
+                )
+        check_memory(width * height * 12, self.max_memory, f"the size {width} × {height}")
+
+
+def check_memory(need: int, limit: int, what: str) -> None:
+    """Refuse what would take more bytes than *limit*, before it is made."""
+    if need > limit:
+        raise InputError(
+            f"{what} would take about {need >> 20} MiB; allowed: {limit >> 20} MiB. "
+            "Raise --max-memory (max_memory=), or ask for less"
+        )
+
+
+def configured(spec: str | Method, serpentine: bool | None, strength: float, seed: int) -> Method:
+    """The method with the options that differ from their defaults set."""
+    strong = None if strength == 1 else strength
+    return find_method(spec, serpentine=serpentine, strength=strong, seed=seed or None)
+
+
+def response(gamma: str | float | None) -> str | None:
+    """The device's response as the name of an encoding."""
+    return f"gamma:{gamma}" if isinstance(gamma, int | float) else gamma
+
+
+def background_light(background: str | float) -> float:
+    """Light of ``white``, ``black``, or a number 0 … 1."""
+    light = BACKGROUNDS.get(background) if isinstance(background, str) else background
+    try:
+        value = float(background if light is None else light)
+    except (TypeError, ValueError):
+        value = -1.0
+    if not 0 <= value <= 1:
+        raise UsageError(f"background={background!r}; allowed: white, black, or light 0 … 1")
+    return value
+
+
+def light_of(read: Picture, encoding: str | None, paper: float, report: Report) -> Source:
+    """Light of a file's pixels over the background."""
+    source = decoded(read.pixels, encoding or read.encoding)
+    if read.alpha is None:
+        report.leave_out("alpha", "the picture has no alpha channel")
+        return source
+    full = 1 if read.alpha.dtype.kind == "f" else np.iinfo(read.alpha.dtype).max
+    if (read.alpha == full).all():
+        report.leave_out("alpha", "every pixel is opaque")
+        return source
+    return replace(source, cover=read.alpha, paper=paper, premultiplied=read.premultiplied)
+
+
+def decoded(pixels: np.ndarray, name: str | None) -> Source:
+    """Pixels with the meaning *name*; a table for 8 and 16 bits, else light at once.
+
+    None: integers are sRGB codes, floats are light.
+    """
+    floats = pixels.dtype.kind == "f"
+    code = find_encoding(name or ("linear" if floats else "srgb"))
+    if pixels.dtype in (np.uint8, np.uint16):
+        return Source(pixels, code.table(1 << (8 * pixels.dtype.itemsize)))
+    if floats and code.name == "linear":
+        return Source(pixels)
+    light = np.empty(pixels.shape, np.float32)
+    full = 1.0 if floats else float(np.iinfo(pixels.dtype).max)
+    for start, stop in bands(pixels.shape[0], BAND_ROWS):
+        with np.errstate(over="ignore"):
+            light[start:stop] = code.decode(pixels[start:stop] / full)
+    return Source(light)
+
+
+def dithered(
+    source: Source,
+    method: Method,
+    levels: Levels,
+    rule: str,
+    nonfinite: str,
+    workers: int,
+    progress: Progress | None,
+    report: Report,
+) -> Frame:
+    """Light to level indices."""
+    workers = count_workers(workers)
+    source = check_finite(source, nonfinite)
+    source = bring_into_range(source, levels.darkest, levels.lightest, rule)
+    height, width = source.shape
+    indices = np.empty((height, width), np.uint8)
+    with report.stage("dither", method=method.text(), levels=levels.text, range=rule) as entry:
+        halftoner = method.halftoner(Job(source, levels))
+        used = workers if halftoner.parallel else 1
+        for_each_band(
+            lambda start, stop: halftoner.band(start, stop, indices[start:stop]),
+            height,
+            BAND_ROWS,
+            used,
+            progress,
+        )
+        entry.update(claim=str(method.claim), workers=used)
+    if method.needs == "numpy":
+        report.leave_out("numba", f"'{method.text()}' needs no compiled code")
+    if source.codes() is not None:
+        report.leave_out("float copy", "integer codes go to the method with a table of their light")
+    return Frame(indices, levels, method.text(), report=report.as_dict())
