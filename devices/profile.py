@@ -98,10 +98,11 @@ def load(name: str | Path) -> DeviceProfile:
         if not path.is_file():
             raise DeviceNotFoundError(f"no device profile '{name}': there is no such file")
         return _read(path)
-    for folder in folders():
-        path = folder / f"{name}.toml"
-        if path.is_file():
-            return _read(path)
+    if name in names():
+        for folder in folders():
+            path = folder / f"{name}.toml"
+            if path.is_file():
+                return _read(path)
     raise DeviceNotFoundError(near(str(name), names(), "device"))
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import io
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -27,11 +30,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with *argv* and return its exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # no BLAS here: its threads only cost time
     arguments = list(sys.argv[1:] if argv is None else argv)
+    _prepare_streams()
     try:
-        return _run(arguments)
+        code = _run(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     except BrokenPipeError:
+        _drop_stdout()
         return 1
     except MemoryError:
         return _fail("out of memory: lower --max-memory refuses such a picture before it is read", 1)
@@ -40,6 +48,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         if isinstance(error, HalftoneError):
             return _fail(str(error), error.exit_code)
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EIO):
+            _drop_stdout()
+            return _fail(f"stdout cannot be written: {error.strerror}", 1)
         if os.environ.get("HALFTONE_TRACEBACK"):
             raise
         what = f"{type(error).__name__}: {error}".splitlines()[0]
@@ -65,11 +76,47 @@ def _run(arguments: list[str]) -> int:
             module = import_module(f"halftone.cli.{'listing' if name == 'list' else name}")
             module.arguments(sub)
             sub.set_defaults(run=module.run)
-    options = parser.parse_args(arguments)
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        _refuse(unknown, subparsers.choices[options.command] if options.command else parser)
     if options.command is None:
         parser.print_help()
         return 0
     return int(options.run(options))
+
+
+def _refuse(unknown: list[str], parser: argparse.ArgumentParser) -> NoReturn:
+    from difflib import get_close_matches
+
+    known = [text for action in parser._actions for text in action.option_strings]
+    close = get_close_matches(unknown[0].partition("=")[0], known, n=2)
+    hint = f". Did you mean {' or '.join(close)}?" if close else ""
+    parser.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+
+
+def _prepare_streams() -> None:
+    """A stream that is closed, or a terminal that knows ASCII only, is no reason to fail."""
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the free number, so that no file of ours does
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    warnings.showwarning = _show_warning
+
+
+def _drop_stdout() -> None:
+    """What waits in stdout's buffer cannot be written: the interpreter must not try at exit."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    print(f"halftone: note: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _version() -> str:

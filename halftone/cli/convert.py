@@ -89,11 +89,11 @@ def run(options: argparse.Namespace) -> int:
     from halftone.cli.console import quiet_libraries
     from halftone.cli.progress import Bar
 
+    recipe = _recipe(options)
     tasks = _tasks(options)
-    convert = _converter(options)
     jobs = count_workers(options.jobs)
     with quiet_libraries(), Bar(len(tasks), shown=not options.quiet) as bar:
-        results = _all(tasks, jobs, lambda task: _one(task, options, convert, bar))
+        results = _all(tasks, jobs, lambda task: _one(task, options, recipe, bar))
     failed = [r for r in results if "error" in r]
     for result in results:
         for note in result.get("notes", []):
@@ -122,17 +122,15 @@ def _all(tasks: list[_Task], jobs: int, work: Callable[[_Task], dict[str, Any]])
             raise
 
 
-def _one(
-    task: _Task, options: argparse.Namespace, convert: Callable[..., Any], bar: Any
-) -> dict[str, Any]:
-    from halftone.errors import HalftoneError, UsageError
+def _one(task: _Task, options: argparse.Namespace, recipe: Any, bar: Any) -> dict[str, Any]:
+    from halftone.errors import HalftoneError
 
     result: dict[str, Any] = {"input": task.source, "output": task.target}
     start = time.perf_counter()
     try:
-        frame = convert(task.source, progress=bar.file(task.source))
+        frame = recipe.convert(task.source, bar.file(task.source))
         written = time.perf_counter()
-        size = _write(frame, task, options)
+        size = _write(frame, task, options, recipe.max_memory)
         report = frame.report
         report["stages"].append(
             {"stage": "write", "bytes": size, "seconds": round(time.perf_counter() - written, 6)}
@@ -145,20 +143,21 @@ def _one(
             "seconds": round(time.perf_counter() - start, 6),
             **report,
         }
-    except UsageError:
-        raise  # the same for every picture
     except HalftoneError as error:
-        text = " ".join(str(error).split())
-        if task.source not in text and task.target not in text:
+        text = str(error)
+        if task.source not in text and task.target not in text and task.source != "-":
             text = f"'{task.source}': {text}"
-        result |= {"error": text, "exit_code": error.exit_code}
+        result |= {"error": " ".join(text.split()), "exit_code": error.exit_code}
     bar.done(task.source)
     return result
 
 
-def _write(frame: Any, task: _Task, options: argparse.Namespace) -> int:
+def _write(frame: Any, task: _Task, options: argparse.Namespace, limit: int) -> int:
     from halftone.images import write
+    from halftone.recipe import check_memory
 
+    size = 3 * frame.indices.size * options.upscale**2  # indices, packed, compressed
+    check_memory(size, limit, f"every pixel as {options.upscale} × {options.upscale}")
     frame = frame.upscaled(options.upscale)
     if options.preview:
         from halftone.images.png import encode_gray
@@ -170,16 +169,12 @@ def _write(frame: Any, task: _Task, options: argparse.Namespace) -> int:
     return len(data)
 
 
-def _converter(options: argparse.Namespace) -> Callable[..., Any]:
-    """halftone.convert with everything but the picture."""
-    from functools import partial
-
+def _recipe(options: argparse.Namespace) -> Any:
+    """Everything but the picture, checked."""
     from halftone.errors import UsageError
-    from halftone.pipeline import convert
+    from halftone.recipe import Recipe
 
     width, height = options.width, None
-    if width is not None and width < 1:
-        raise UsageError(f"width {width}; allowed: 1, 2, …")
     if options.size is not None:
         from halftone.images.resize import parse_size
 
@@ -191,8 +186,7 @@ def _converter(options: argparse.Namespace) -> Callable[..., Any]:
     given: dict[str, Any] = {}
     if options.max_memory is not None:
         given["max_memory"] = options.max_memory
-    return partial(
-        convert,
+    return Recipe(
         profile=_profile(options.device),
         method=options.method,
         levels=options.levels,
@@ -230,16 +224,13 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
     from halftone.images.write import format_of
 
     inputs, output = options.inputs, options.output
-    to_folder = len(inputs) > 1 or output.endswith("/") or (output != "-" and Path(output).is_dir())
+    to_folder = len(inputs) > 1 or output.endswith("/") or _is_folder(output)
     if options.preview:
         kind = format_of(output if not to_folder else "x.png", options.format)
         if kind != "png":
             raise UsageError(f"a preview is a PNG, not {kind}; name OUT.png or leave --format out")
     if not to_folder:
         format_of(output, options.format)
-        parent = Path(output).parent
-        if output != "-" and not parent.is_dir():
-            raise OutputError(f"'{output}' cannot be written: there is no folder '{parent}'")
         if output != "-" and inputs[0] != "-" and _same(inputs[0], output):
             raise UsageError(f"'{output}' is the input itself; name another output")
         return [_Task(inputs[0], output)]
@@ -247,10 +238,6 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
         raise UsageError(f"{len(inputs)} inputs cannot go to stdout; name a folder")
     ending = format_of("-", options.format)
     folder = Path(output)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"the folder '{output}' cannot be made: {error.strerror}") from None
     tasks = [_Task(name, str(folder / f"{_stem(name)}.{ending}")) for name in inputs]
     seen: dict[str, str] = {}
     for task in tasks:
@@ -261,11 +248,22 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
         if task.source != "-" and _same(task.source, task.target):
             raise UsageError(f"'{task.target}' is an input itself; name another folder")
         seen[task.target] = task.source
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"the folder '{output}' cannot be made: {error.strerror}") from None
     return tasks
 
 
 def _stem(name: str) -> str:
     return "stdin" if name == "-" else Path(name).stem
+
+
+def _is_folder(name: str) -> bool:
+    try:
+        return name != "-" and Path(name).is_dir()
+    except OSError:  # a name too long for any folder
+        return False
 
 
 def _same(first: str, second: str) -> bool:

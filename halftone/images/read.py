@@ -140,9 +140,10 @@ def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
         pixels = pixels[:, :, None]
     names = [str(c).upper().rpartition(".")[2] for c in spec.channelnames]
     alpha = None
-    if "A" in names and names.index("A") in (1, 3):
-        alpha = _upright(pixels[:, :, names.index("A")], spec)
-    colours = 3 if pixels.shape[2] >= 3 else 1
+    place = names.index("A") if "A" in names else 0
+    if place in (1, 3):
+        alpha = _upright(pixels[:, :, place], spec)
+    colours = 3 if pixels.shape[2] >= 3 and place != 1 else 1
     body = _upright(pixels[:, :, :3] if colours == 3 else pixels[:, :, 0], spec)
     if body.dtype.kind == "f":
         body = body.astype(np.float32, copy=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from halftone.errors import OutputError, UsageError
@@ -77,50 +78,43 @@ def write_bytes(data: bytes, path: str | Path, *, overwrite: bool = True) -> Non
         _to_stdout(data)
         return
     target = Path(path)
-    if not overwrite and target.exists():
-        raise _exists(target)
-    if target.exists() and not target.is_file():
-        _to_special(data, target)
-        return
-    temporary = target.with_name(f".{target.name[:200]}.{os.getpid()}.part")
+    temporary = None
     try:
-        with open(temporary, "wb") as file:
+        if target.exists():
+            if not overwrite:
+                raise FileExistsError
+            if not target.is_file():  # a device or a pipe takes the bytes directly
+                target.write_bytes(data)
+                return
+        temporary = target.with_name(f".halftone-{os.urandom(6).hex()}.part")
+        with open(temporary, "xb") as file:
             file.write(data)
         if overwrite:
             os.replace(temporary, target)
+            temporary = None
         else:
             os.link(temporary, target)
     except FileExistsError:
-        raise _exists(target) from None
+        what = f"'{target}' exists and --no-overwrite was given; nothing was written"
+        raise OutputError(what) from None
     except OSError as error:
         raise OutputError(f"'{target}' cannot be written: {_reason(error)}") from None
     finally:
-        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None
+        if temporary is not None:
+            with suppress(OSError):  # it may never have come to be
+                temporary.unlink()
 
 
 def _to_stdout(data: bytes) -> None:
+    if sys.stdout is None:
+        raise OutputError("stdout is closed: nothing can be written there")
     try:
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
     except BrokenPipeError:
-        # The reader went away: nothing is left to say, not even at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise
     except OSError as error:
         raise OutputError(f"stdout cannot be written: {_reason(error)}") from None
-
-
-def _to_special(data: bytes, target: Path) -> None:
-    """A device or a pipe takes the bytes directly."""
-    try:
-        with open(target, "wb") as file:
-            file.write(data)
-    except OSError as error:
-        raise OutputError(f"'{target}' cannot be written: {_reason(error)}") from None
-
-
-def _exists(target: Path) -> OutputError:
-    return OutputError(f"'{target}' exists and --no-overwrite was given; nothing was written")
 
 
 def _reason(error: OSError) -> str:
