@@ -12,13 +12,13 @@ ROOT = Path(__file__).parent.parent
 
 CELLAR = {"errors", "_arrays", "_jit", "_objects", "_parallel"}
 LOW = {"vision", "packing", "tone"}
-# frame and images need each other: a frame saves and shows itself, a file format encodes a frame.
+# A frame saves and shows itself, so it needs images; images know a Frame as a type only.
 ARROWS = {
     **dict.fromkeys(CELLAR | LOW | {"screens", "scene"}, CELLAR),
     "dithering": CELLAR | {"screens", "tone", "vision"},
     "metrics": CELLAR | {"vision", "tone", "screens", "dithering"},
     "frame": CELLAR | {"packing", "tone", "images"},
-    "images": CELLAR | {"packing", "tone", "frame"},
+    "images": CELLAR | {"packing", "tone"},
     "recipe": CELLAR | LOW | {"images", "screens", "dithering", "frame"},
     "pipeline": CELLAR | {"recipe"} | LOW | {"images", "screens", "dithering", "frame"},
     "devices": {"errors", "tone", "vision", "packing", "images", "pipeline", "frame"},

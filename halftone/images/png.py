@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import struct
 import zlib
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone.frame import Frame
 from halftone.packing import Packing, pack
+
+if TYPE_CHECKING:
+    from halftone.frame import Frame
 
 __all__ = ["encode", "encode_gray", "has_own_ladder"]
 

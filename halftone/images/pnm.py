@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from halftone.errors import UsageError
-from halftone.frame import Frame
 from halftone.packing import Packing, pack
+
+if TYPE_CHECKING:
+    from halftone.frame import Frame
 
 __all__ = ["encode_pbm", "encode_pgm"]
 

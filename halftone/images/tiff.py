@@ -8,12 +8,15 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from halftone.frame import Frame
 from halftone.images.png import has_own_ladder
 from halftone.packing import Packing, pack
+
+if TYPE_CHECKING:
+    from halftone.frame import Frame
 
 __all__ = ["encode"]
 

@@ -7,9 +7,12 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from halftone.errors import OutputError, UsageError
-from halftone.frame import Frame
+
+if TYPE_CHECKING:
+    from halftone.frame import Frame
 
 __all__ = ["FORMATS", "encode", "format_of", "write", "write_bytes"]
 
