@@ -152,6 +152,7 @@ class Recipe:
                 source = source.then(*self._steps)
         else:
             report.leave_out("adjust", "no brightness, contrast, levels or invert was asked for")
+        dpi = None if self.profile is None else self.profile.dpi
         frame = dithered(
             source,
             self._method,
@@ -161,10 +162,10 @@ class Recipe:
             self.workers,
             progress,
             report,
+            dpi,
         )
-        if self.profile is None:
-            return frame
-        return replace(frame, dpi=self.profile.dpi, packing=self.profile.packing)
+        packing = None if self.profile is None else self.profile.packing
+        return replace(frame, packing=packing)
 
     def _adjustments(self) -> tuple[Callable[[Light], Light], ...]:
         steps = []
@@ -198,6 +199,9 @@ class Recipe:
                 wanted = (self.profile.width, self.profile.height)
         width, height = target_size(rows, columns, *wanted, aspect)
         self._check_size(width, height)
+        # A method that shows each pixel as n × n takes a picture n times smaller.
+        scale = self._method.scale
+        width, height = max(1, width // scale), max(1, height // scale)
         if (width, height) == (columns, rows):
             report.leave_out("resize", "the picture has the size asked for")
             return source
@@ -298,18 +302,20 @@ def dithered(
     workers: int,
     progress: Progress | None,
     report: Report,
+    dpi: tuple[float, float] | None = None,
 ) -> Frame:
     """Light to level indices."""
     workers = count_workers(workers)
     source = check_finite(source, nonfinite)
     source = bring_into_range(source, levels.darkest, levels.lightest, rule)
     height, width = source.shape
-    indices = np.empty((height, width), np.uint8)
+    scale = method.scale
+    indices = np.empty((height * scale, width * scale), np.uint8)
     with report.stage("dither", method=method.text(), levels=levels.text, range=rule) as entry:
-        halftoner = method.halftoner(Job(source, levels))
+        halftoner = method.halftoner(Job(source, levels, dpi))
         used = workers if halftoner.parallel else 1
         for_each_band(
-            lambda start, stop: halftoner.band(start, stop, indices[start:stop]),
+            lambda start, stop: halftoner.band(start, stop, indices[start * scale : stop * scale]),
             height,
             BAND_ROWS,
             used,
@@ -320,4 +326,4 @@ def dithered(
         report.leave_out("numba", f"'{method.text()}' needs no compiled code")
     if source.codes() is not None:
         report.leave_out("float copy", "integer codes go to the method with a table of their light")
-    return Frame(indices, levels, method.text(), report=report.as_dict())
+    return Frame(indices, levels, method.text(), dpi, report=report.as_dict())

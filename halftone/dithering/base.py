@@ -1,17 +1,18 @@
-"""What every method is: a value with a text form and a tone claim that makes a halftoner for a job."""
+"""What every method is: a value with a text form and a tone claim that makes a halftoner."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from halftone._arrays import Source
+from halftone.errors import UsageError
 from halftone.tone.levels import Levels
 
-__all__ = ["EXACT", "NO_CLAIM", "Claim", "Halftoner", "Job", "Method"]
+__all__ = ["EXACT", "NO_CLAIM", "Claim", "Halftoner", "Job", "Method", "check_strength"]
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,14 @@ NO_CLAIM = Claim("none")
 
 @dataclass(frozen=True)
 class Job:
-    """One picture for one device: light already within the range of the levels."""
+    """One picture for one device: light already within the range of the levels.
+
+    dpi : dots per inch across and down, or None where the device does not say.
+    """
 
     source: Source
     levels: Levels
-    seed: int = 0
+    dpi: tuple[float, float] | None = None
 
 
 class Halftoner(Protocol):
@@ -57,30 +61,56 @@ class Halftoner(Protocol):
     parallel: bool
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
-        """Level indices of rows start … stop−1 into *out*, (stop−start, N)."""
+        """Level indices of the picture's rows start … stop−1 into *out*.
+
+        *out* is C-contiguous, ((stop − start)·scale, N·scale) with the method's ``scale``.
+        """
 
 
-class Method(Protocol):
-    """A halftoning method: a frozen dataclass."""
+class Method:
+    """A halftoning method: the base of frozen dataclasses, which add their fields.
+
+    scale : output pixels for each picture pixel, across and down; 1 but for pattern replacement.
+    needs : what it runs on, ``numpy`` or ``kernel`` (compiled).
+    options : names of the fields that :meth:`with_options` may set.
+    """
+
+    scale: int = 1
+    needs: str = "numpy"
+    options: ClassVar[tuple[str, ...]] = ()
 
     @property
-    def claim(self) -> Claim: ...
+    def claim(self) -> Claim:
+        """What it promises of tone."""
+        return NO_CLAIM
 
     @property
     def source(self) -> str:
         """Paper and year."""
-
-    @property
-    def needs(self) -> str:
-        """What it runs on: ``numpy`` or ``kernel`` (compiled)."""
+        return "—"
 
     def text(self) -> str:
         """The text form, which makes an equal method again."""
-
-    def with_options(self, **options: Any) -> Method:
-        """The same method with strength, serpentine or seed set; UsageError if one does not apply."""
+        raise NotImplementedError
 
     def check(self, levels: Levels) -> None:
         """UsageError if the method cannot work on these levels."""
 
-    def halftoner(self, job: Job) -> Halftoner: ...
+    def with_options(self, **options: Any) -> Self:
+        """The same method with some of its options set; UsageError if one does not apply."""
+        for name in options:
+            if name not in self.options:
+                allowed = f"allowed for it: {', '.join(self.options)}"
+                rest = allowed if self.options else "it has no options"
+                raise UsageError(f"{name} does not apply to the method '{self.text()}'; {rest}")
+        return replace(self, **options)  # type: ignore[type-var]
+
+    def halftoner(self, job: Job) -> Halftoner:
+        """What halftones one picture."""
+        raise NotImplementedError
+
+
+def check_strength(strength: float) -> None:
+    """Refuse a strength outside 0 … 1: above 1 errors grow without bound."""
+    if not 0 <= strength <= 1:
+        raise UsageError(f"strength={strength!r}; allowed: 0 (nearest level) … 1 (full)")

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone.dithering.base import NO_CLAIM, Claim, Job
+from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
 from halftone.dithering.filters import FILTERS, ErrorFilter
-from halftone.dithering.ordered import check_strength, only
 from halftone.errors import UsageError, near
 from halftone.tone.levels import Levels
 
@@ -21,7 +20,7 @@ BUCKETS = 1024
 
 
 @dataclass(frozen=True)
-class ErrorDiffusion:
+class ErrorDiffusion(Method):
     """Error diffusion with an error filter, for any levels (Floyd & Steinberg 1976).
 
     filter : an :class:`ErrorFilter` or the name of a canonical one.
@@ -40,6 +39,9 @@ class ErrorDiffusion:
     strength: float = 1.0
     from_right: bool = False
 
+    needs = "kernel"
+    options = ("strength", "serpentine")
+
     def __post_init__(self) -> None:
         if isinstance(self.filter, str):
             if self.filter not in FILTERS:
@@ -57,8 +59,6 @@ class ErrorDiffusion:
     def source(self) -> str:
         return self.filter.source
 
-    needs = "kernel"
-
     def text(self) -> str:
         parts = [self.filter.name]
         if not self.serpentine:
@@ -68,13 +68,6 @@ class ErrorDiffusion:
         if self.strength != 1:
             parts.append(f"strength={self.strength:g}")
         return ":".join(parts)
-
-    def with_options(self, **options: Any) -> ErrorDiffusion:
-        only(self.text(), options, "strength", "serpentine")
-        return replace(self, **options)
-
-    def check(self, levels: Levels) -> None:
-        """Any levels will do."""
 
     def halftoner(self, job: Job) -> _Light | _Codes:
         if self._integer(job):

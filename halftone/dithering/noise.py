@@ -6,17 +6,15 @@ do not change the picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from halftone._arrays import Light
-from halftone.dithering.base import NO_CLAIM, Claim, Job
-from halftone.dithering.ordered import check_strength, only, step_up
+from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
+from halftone.dithering.ordered import step_up
 from halftone.errors import UsageError
-from halftone.tone.levels import Levels
 
 __all__ = ["RandomDither", "uniform_noise"]
 
@@ -24,7 +22,7 @@ SHAPES = ("uniform", "triangular")
 
 
 @dataclass(frozen=True)
-class RandomDither:
+class RandomDither(Method):
     """A threshold drawn anew for each pixel.
 
     noise : ``uniform`` keeps the mean tone; ``triangular`` (the mean of two uniform numbers) is
@@ -35,6 +33,8 @@ class RandomDither:
     noise: str = "uniform"
     strength: float = 1.0
     seed: int = 0
+
+    options = ("strength", "seed")
 
     def __post_init__(self) -> None:
         if self.noise not in SHAPES:
@@ -49,8 +49,9 @@ class RandomDither:
         exact = self.noise == "uniform" and self.strength == 1
         return Claim("tones", 32) if exact else NO_CLAIM
 
-    source = "Hearn & Baker, dither noise"
-    needs = "numpy"
+    @property
+    def source(self) -> str:
+        return "Hearn & Baker, dither noise"
 
     def text(self) -> str:
         parts = ["random"]
@@ -61,13 +62,6 @@ class RandomDither:
         if self.seed:
             parts.append(f"seed={self.seed}")
         return ":".join(parts)
-
-    def with_options(self, **options: Any) -> RandomDither:
-        only(self.text(), options, "strength", "seed")
-        return replace(self, **options)
-
-    def check(self, levels: Levels) -> None:
-        """Any levels will do."""
 
     def halftoner(self, job: Job) -> _Random:
         return _Random(self, job)

@@ -7,23 +7,20 @@ exactly on a level keeps it, because 0 < t < 1.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from halftone._arrays import Light
-from halftone.dithering.base import NO_CLAIM, Claim, Job
-from halftone.errors import UsageError
+from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
 from halftone.screens.order import Screen, tiled
-from halftone.tone.levels import Levels
 
-__all__ = ["Ordered", "check_strength", "only", "step_up"]
+__all__ = ["Ordered", "step_up"]
 
 
 @dataclass(frozen=True)
-class Ordered:
+class Ordered(Method):
     """Ordered dither by a screen (threshold array).
 
     strength : 1 uses the thresholds as they are, 0 is the nearest level; between, they are drawn
@@ -32,6 +29,8 @@ class Ordered:
 
     screen: Screen
     strength: float = 1.0
+
+    options = ("strength",)
 
     def __post_init__(self) -> None:
         check_strength(self.strength)
@@ -44,37 +43,14 @@ class Ordered:
     def source(self) -> str:
         return self.screen.source
 
-    needs = "numpy"
-
     def text(self) -> str:
         tail = "" if self.strength == 1 else f":strength={self.strength:g}"
         return self.screen.name + tail
-
-    def with_options(self, **options: Any) -> Ordered:
-        only(self.text(), options, "strength")
-        return replace(self, **options)
-
-    def check(self, levels: Levels) -> None:
-        """Any levels will do."""
 
     def halftoner(self, job: Job) -> _Ordered:
         half = np.float32(0.5)
         tile = half + np.float32(self.strength) * (self.screen.thresholds - half)
         return _Ordered(job, tile)
-
-
-def only(text: str, options: dict[str, Any], *allowed: str) -> None:
-    """Refuse options that do not apply to the method *text*."""
-    for name in options:
-        if name not in allowed:
-            what = f"allowed for it: {', '.join(allowed)}" if allowed else "it has no options"
-            raise UsageError(f"{name} does not apply to the method '{text}'; {what}")
-
-
-def check_strength(strength: float) -> None:
-    """Refuse a strength outside 0 … 1: above 1 errors grow without bound."""
-    if not 0 <= strength <= 1:
-        raise UsageError(f"strength={strength!r}; allowed: 0 (nearest level) … 1 (full)")
 
 
 def step_up(light: Light, threshold: Light, distinct: Light) -> NDArray[np.intp]:

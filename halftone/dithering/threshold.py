@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone.dithering.base import NO_CLAIM, Halftoner, Job
-from halftone.dithering.ordered import Ordered, only, step_up
+from halftone.dithering.base import Halftoner, Job, Method
+from halftone.dithering.ordered import Ordered, step_up
 from halftone.errors import UsageError
 from halftone.screens.order import Screen
 from halftone.tone.adjust import BINS, light_histogram
@@ -23,7 +22,7 @@ MIDDLE = 0.2140
 
 
 @dataclass(frozen=True)
-class Nearest:
+class Nearest(Method):
     """Every pixel becomes the nearest level: by ``arithmetic`` difference, or by ``ratio``."""
 
     by: str = "arithmetic"
@@ -32,16 +31,12 @@ class Nearest:
         if self.by not in ("arithmetic", "ratio"):
             raise UsageError(f"none:{self.by} is unknown; allowed: none:arithmetic, none:ratio")
 
-    claim = NO_CLAIM
-    source = "Hearn & Baker, intensity levels"
-    needs = "numpy"
+    @property
+    def source(self) -> str:
+        return "Hearn & Baker, intensity levels"
 
     def text(self) -> str:
         return "none" if self.by == "arithmetic" else "none:ratio"
-
-    def with_options(self, **options: Any) -> Nearest:
-        only(self.text(), options)
-        return self
 
     def check(self, levels: Levels) -> None:
         """A ratio needs levels above 0."""
@@ -72,7 +67,7 @@ class _PerStep:
 
 
 @dataclass(frozen=True)
-class Threshold:
+class Threshold(Method):
     """Two levels, one threshold.
 
     at : the share of the step from the dark to the light level, in light, 0 < at < 1; or ``otsu``
@@ -86,19 +81,12 @@ class Threshold:
         if self.at != "otsu" and not (isinstance(self.at, int | float) and 0 < self.at < 1):
             raise UsageError(f"threshold:{self.at}; allowed: above 0 and below 1, or otsu")
 
-    claim = NO_CLAIM
-    needs = "numpy"
-
     @property
     def source(self) -> str:
         return "Otsu 1979" if self.at == "otsu" else "—"
 
     def text(self) -> str:
         return "threshold" if self.at == MIDDLE else f"threshold:{self.at}"
-
-    def with_options(self, **options: Any) -> Threshold:
-        only(self.text(), options)
-        return self
 
     def check(self, levels: Levels) -> None:
         """Two levels, and no more."""
