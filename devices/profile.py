@@ -51,20 +51,26 @@ class DeviceProfile:
     default_method: str | None = None
 
     def __post_init__(self) -> None:
+        try:
+            self._check()
+        except UsageError as error:
+            raise UsageError(f"profile '{self.name}': {error}") from None
+
+    def _check(self) -> None:
         for name in ("width", "height", "dpi_x", "dpi_y"):
             value = getattr(self, name)
             if value is not None and not 0 < value <= 1_000_000:
-                raise UsageError(f"profile '{self.name}': {name} = {value}; allowed: 1 … 1,000,000")
+                raise UsageError(f"{name} = {value}; allowed: 1 … 1,000,000")
         if (self.dpi_x is None) != (self.dpi_y is None):
-            raise UsageError(f"profile '{self.name}': give both dpi_x and dpi_y, or neither")
+            raise UsageError("give both dpi_x and dpi_y, or neither")
         if len(self.levels) > 1 << self.packing.bits:
-            raise UsageError(
-                f"profile '{self.name}': {len(self.levels)} levels do not fit into {self.bits} bits"
-            )
+            raise UsageError(f"{len(self.levels)} levels do not fit into {self.bits} bits")
+        if self.default_method is not None:
+            from halftone.pipeline import check_method
+
+            check_method(self.default_method)
         if self.codes is not None and len(self.codes) != len(self.levels):
-            raise UsageError(
-                f"profile '{self.name}': {len(self.codes)} codes for {len(self.levels)} levels"
-            )
+            raise UsageError(f"{len(self.codes)} codes for {len(self.levels)} levels")
 
     @cached_property
     def levels(self) -> Levels:
@@ -138,6 +144,9 @@ def _read(path: Path) -> DeviceProfile:
         values[key] = _checked(path, key, value, str(allowed[key].type))
     try:
         return DeviceProfile(**values)
+    except UsageError as error:
+        reason = str(error).removeprefix(f"profile '{values['name']}': ")
+        raise UsageError(f"profile '{path}': {reason}") from None
     except TypeError:
         missing = [k for k in ("title", "provenance") if k not in values]
         raise UsageError(f"profile '{path}': {' and '.join(missing)} missing") from None
@@ -149,8 +158,9 @@ def _checked(path: Path, key: str, value: Any, annotation: str) -> Any:
         value = tuple(value)
     kinds: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (float, int)}
     allowed = tuple(t for part in annotation.split(" | ") for t in kinds.get(part, ()))
+    number: Any = int if "tuple[int" in annotation else (int, float)
     numbers = isinstance(value, tuple) and all(
-        isinstance(v, int | float) and not isinstance(v, bool) for v in value
+        isinstance(v, number) and not isinstance(v, bool) for v in value
     )
     if isinstance(value, bool) or not (
         isinstance(value, allowed) or ("tuple" in annotation and numbers)

@@ -27,7 +27,7 @@ from halftone.recipe import (
 )
 from halftone.tone.levels import Levels
 
-__all__ = ["convert", "dither", "read"]
+__all__ = ["check_method", "convert", "dither", "read"]
 
 Progress = Callable[[float], None]
 
@@ -158,3 +158,8 @@ def convert(
         max_memory=max_memory,
     )
     return recipe.convert(picture, progress)
+
+
+def check_method(text: str) -> None:
+    """UsageError if *text* names no method."""
+    configured(text, None, 1.0, 0)

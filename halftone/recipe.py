@@ -271,6 +271,8 @@ def light_of(read: Picture, encoding: str | None, paper: float, report: Report) 
     if (read.alpha == full).all():
         report.leave_out("alpha", "every pixel is opaque")
         return source
+    if report.stages:
+        report.stages[-1]["alpha"] = f"over light {paper:g}"
     return replace(source, cover=read.alpha, paper=paper, premultiplied=read.premultiplied)
 
 

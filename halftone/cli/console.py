@@ -40,9 +40,12 @@ def quiet_libraries() -> Iterator[None]:
 
 def our_devices() -> ModuleType:
     """The module devices.profile of this project; another ``devices`` package is a clear error."""
-    import devices
     from halftone.errors import HalftoneError
 
+    try:
+        import devices
+    except ImportError as error:
+        raise HalftoneError(f"the package 'devices' cannot be imported: {error}") from None
     if not getattr(devices, "__halftone__", False):
         raise HalftoneError(
             f"the package 'devices' at {getattr(devices, '__file__', '?')} is not halftone-kit's; "

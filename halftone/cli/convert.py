@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     tasks = _tasks(options)
     jobs = count_workers(options.jobs)
     with quiet_libraries(), Bar(len(tasks), shown=not options.quiet) as bar:
-        results = _all(tasks, jobs, lambda task: _one(task, options, recipe, bar))
+        results = _all(tasks, jobs, lambda task: _one(task, options, recipe, bar), bar.stop)
     failed = [r for r in results if "error" in r]
     for result in results:
         for note in result.get("notes", []):
@@ -109,7 +109,9 @@ def run(options: argparse.Namespace) -> int:
     return max((r["exit_code"] for r in failed), default=0)
 
 
-def _all(tasks: list[_Task], jobs: int, work: Callable[[_Task], dict[str, Any]]) -> list[dict[str, Any]]:
+def _all(
+    tasks: list[_Task], jobs: int, work: Callable[[_Task], dict[str, Any]], stop: Callable[[], None]
+) -> list[dict[str, Any]]:
     if jobs == 1 or len(tasks) == 1:
         return [work(task) for task in tasks]
     from concurrent.futures import ThreadPoolExecutor
@@ -118,7 +120,8 @@ def _all(tasks: list[_Task], jobs: int, work: Callable[[_Task], dict[str, Any]])
         try:
             return list(pool.map(work, tasks))
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            stop()
+            pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 

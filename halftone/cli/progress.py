@@ -26,6 +26,7 @@ class Bar:
         self.start = self.last = time.monotonic()
         self.drawn = False
         self.lock = threading.Lock()
+        self.stopped = False
 
     def __enter__(self) -> Bar:
         return self
@@ -40,14 +41,19 @@ class Bar:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
 
-    def file(self, name: str) -> Callable[[float], None] | None:
+    def stop(self) -> None:
+        """End the work on every file at its next band: Ctrl-C reaches the main thread only."""
+        self.stopped = True
+
+    def file(self, name: str) -> Callable[[float], None]:
         """What the work on one file calls with its share done."""
-        if not self.shown:
-            return None
 
         def tell(share: float) -> None:
+            if self.stopped:
+                raise KeyboardInterrupt
             self.shares[name] = share
-            self._draw(name)
+            if self.shown:
+                self._draw(name)
 
         return tell
 

@@ -149,10 +149,14 @@ def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
         body = body.astype(np.float32, copy=False)
     elif body.dtype not in (np.uint8, np.uint16, np.uint32):
         raise InputFileError(f"{name} holds {body.dtype} pixels; allowed: unsigned or float")
+    premultiplied = not spec.get_int_attribute("oiio:UnassociatedAlpha", 0)
+    if premultiplied and alpha is not None and body.dtype.kind != "f":
+        # Integer codes are weighted as codes (TIFF 6.0, ExtraSamples 1), not as light.
+        body, premultiplied = _divided(body, alpha), False
     return Picture(
         pixels=body,
         alpha=alpha,
-        premultiplied=not spec.get_int_attribute("oiio:UnassociatedAlpha", 0),
+        premultiplied=premultiplied,
         encoding=_encoding(spec, body.dtype),
         dpi=_dpi(spec),
         name=name,
@@ -167,10 +171,10 @@ def _encoding(spec: Any, dtype: np.dtype[Any]) -> str:
     if space.startswith("lin"):
         return "linear"
     gamma = spec.get_float_attribute("oiio:Gamma", 0.0)
-    if space.startswith(("g18", "g22", "g24", "g26")):
-        return f"gamma:{int(space[1:3]) / 10}"
-    if space.startswith("gamma") and gamma > 0:
+    if space[:1] == "g" and 0.01 <= gamma <= 100:  # gamma…, or g22_rec709_scene
         return f"gamma:{gamma:.4g}"
+    if space[:1] == "g" and space[1:3].isdigit():
+        return f"gamma:{int(space[1:3]) / 10}"
     return "srgb"
 
 
@@ -181,7 +185,20 @@ def _dpi(spec: Any) -> tuple[float, float] | None:
     down = spec.get_float_attribute("YResolution", 0.0)
     if scale is None or across <= 0 or down <= 0:
         return None
+    if spec.get_int_attribute("Orientation", 1) >= 5:  # turned by a quarter
+        across, down = down, across
     return across * scale, down * scale
+
+
+def _divided(codes: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
+    """Codes divided by their alpha, rounded; where alpha is 0 the code does not matter."""
+    full = np.iinfo(codes.dtype).max
+    out = np.empty_like(codes)
+    for row in range(codes.shape[0]):
+        cover = np.maximum(alpha[row].astype(np.float64), 1)
+        cover = cover[:, None] if codes.ndim == 3 else cover
+        out[row] = np.rint(np.minimum(codes[row] * (full / cover), full))
+    return out
 
 
 def _upright(pixels: NDArray[Any], spec: Any) -> NDArray[Any]:

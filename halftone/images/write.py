@@ -96,7 +96,7 @@ def write_bytes(data: bytes, path: str | Path, *, overwrite: bool = True) -> Non
             os.replace(temporary, target)
             temporary = None
         else:
-            os.link(temporary, target)
+            _link(temporary, target)
     except FileExistsError:
         what = f"'{target}' exists and --no-overwrite was given; nothing was written"
         raise OutputError(what) from None
@@ -106,6 +106,18 @@ def write_bytes(data: bytes, path: str | Path, *, overwrite: bool = True) -> Non
         if temporary is not None:
             with suppress(OSError):  # it may never have come to be
                 temporary.unlink()
+
+
+def _link(temporary: Path, target: Path) -> None:
+    """Give the file its name unless there is one already, in one step where the disk can."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise
+    except OSError:  # FAT and some network disks know no links
+        if target.exists():
+            raise FileExistsError from None
+        temporary.rename(target)
 
 
 def _to_stdout(data: bytes) -> None:
