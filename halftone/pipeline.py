@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from halftone._arrays import BAND_ROWS, Light, as_pixels
 from halftone._parallel import bands
 from halftone.dithering.base import Method
+from halftone.dithering.registry import method as find_method
+from halftone.errors import UsageError
 from halftone.frame import Frame
 from halftone.images.read import DEFAULT_LIMIT, read_picture
 from halftone.recipe import (
@@ -68,6 +71,7 @@ def dither(
     serpentine: bool | None = None,
     strength: float = 1.0,
     seed: int = 0,
+    regions: Sequence[tuple[ArrayLike, str | Method]] = (),
     workers: int = 1,
     progress: Progress | None = None,
 ) -> Frame:
@@ -84,6 +88,9 @@ def dither(
     range : how light beyond the levels is brought in: ``clip``, ``scale`` or ``compress``.
     nonfinite : ``error``, or ``clip`` to show NaN as black and ±inf as white and black.
     serpentine, strength, seed : set the method's option of that name; an error where it has none.
+    regions : (mask, method) pairs; where a boolean mask (M, N) is true, the picture is halftoned by
+    that method instead, a later pair over an earlier one. ``[(text, "threshold")]`` keeps text and
+    barcodes free of dots.
     workers : threads; 0 is one per processor. The result does not depend on it.
     progress : called with the share done, 0 … 1.
 
@@ -93,7 +100,26 @@ def dither(
     ladder = Levels.of(levels, response(gamma))
     chosen.check(ladder)
     source = decoded(as_pixels(image), encoding)
-    return dithered(source, chosen, ladder, range, nonfinite, workers, progress, Report())
+    others = [(_mask(mask, source.shape), find_method(spec)) for mask, spec in regions]
+    for _, other in others:
+        other.check(ladder)
+        if other.scale != chosen.scale:
+            raise UsageError(f"'{other.text()}' and '{chosen.text()}' give pictures of other sizes")
+    frame = dithered(source, chosen, ladder, range, nonfinite, workers, progress, Report())
+    for mask, other in others:
+        part = dithered(source, other, ladder, range, nonfinite, workers, None, Report())
+        where = mask.repeat(chosen.scale, axis=0).repeat(chosen.scale, axis=1)
+        np.copyto(frame.indices, part.indices, where=where)
+    return frame
+
+
+def _mask(mask: ArrayLike, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    array = np.asarray(mask)
+    if array.dtype != np.bool_ or array.shape != shape:
+        raise UsageError(
+            f"a region's mask is {array.dtype} of shape {array.shape}; allowed: bool of shape {shape}"
+        )
+    return array
 
 
 def convert(
@@ -101,6 +127,7 @@ def convert(
     *,
     profile: Profile | None = None,
     method: str | Method | None = None,
+    content: str | None = None,
     levels: Any = None,
     width: int | None = None,
     height: int | None = None,
@@ -126,6 +153,7 @@ def convert(
     picture : a path, ``-`` for stdin, or an image as :func:`dither` takes it.
     profile : a device (:func:`devices.profile.load`); gives levels, size, dpi, packing and method
     where they are not given here.
+    content : ``text``, ``graphic`` or ``photo`` instead of a method: what suits it.
     width, height, fit : the size in dots. With both, ``contain`` (over the background), ``cover``
     or ``stretch``; with one, the other follows; with neither, the device's, or the picture's own.
     brightness, contrast : −1 … 1. auto_levels : darkest and lightest 0.5 % to black and white.
@@ -138,6 +166,7 @@ def convert(
     recipe = Recipe(
         profile=profile,
         method=method,
+        content=content,
         levels=levels,
         width=width,
         height=height,

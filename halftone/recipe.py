@@ -19,7 +19,7 @@ from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite
 from halftone._parallel import bands, count_workers, for_each_band
 from halftone.dithering.base import Job, Method
 from halftone.dithering.registry import method as find_method
-from halftone.errors import InputError, UsageError
+from halftone.errors import InputError, UsageError, near
 from halftone.frame import Frame
 from halftone.images.read import DEFAULT_LIMIT, Picture, read_picture
 from halftone.packing import Packing
@@ -31,6 +31,12 @@ from halftone.tone.transfer import encoding as find_encoding
 __all__ = ["DEFAULT_METHOD", "Profile", "Recipe", "Report"]
 
 DEFAULT_METHOD = "floyd-steinberg"
+
+CONTENTS = {
+    "text": "text, line art, barcodes: no dots, one threshold (or the nearest level)",
+    "graphic": "flat colours and lines: ordered dots that keep edges and repeat exactly",
+    "photo": "photographs: the device's method, or the default",
+}
 
 BACKGROUNDS = {"white": 1.0, "black": 0.0}
 
@@ -85,6 +91,7 @@ class Recipe:
 
     profile: Profile | None = None
     method: str | Method | None = None
+    content: str | None = None
     levels: Any = None
     width: int | None = None
     height: int | None = None
@@ -109,7 +116,6 @@ class Recipe:
         from halftone.images.resize import check_fit
 
         profile = self.profile
-        spec = self.method or (profile and profile.method) or DEFAULT_METHOD
         given = self.levels
         if given is None:
             given = 2 if profile is None else profile.levels
@@ -119,6 +125,7 @@ class Recipe:
                 f"{len(ladder)} levels were asked for and the device '{profile.name}' has "
                 f"{len(profile.levels)}; leave levels out, or give as many"
             )
+        spec = self._spec(ladder)
         for name, value in (("width", self.width), ("height", self.height)):
             if value is not None and (isinstance(value, bool) or value != int(value) or value < 1):
                 raise UsageError(f"{name}={value!r}; allowed: 1, 2, …")
@@ -139,6 +146,20 @@ class Recipe:
     _ladder: Levels = field(init=False, repr=False)
     _paper: float = field(init=False, repr=False)
     _steps: tuple[Callable[[Light], Light], ...] = field(init=False, repr=False)
+
+    def _spec(self, ladder: Levels) -> str | Method:
+        """The method asked for, or what suits the content, or the device's, or the default."""
+        if self.content is not None:
+            if self.content not in CONTENTS:
+                raise UsageError(near(str(self.content), CONTENTS, "content"))
+            if self.method is not None:
+                raise UsageError("both a method and a content were given; give one")
+            if self.content == "text":
+                return "threshold" if ladder.distinct.size == 2 else "none"
+            if self.content == "graphic":
+                return "bayer8"
+        own = None if self.profile is None else self.profile.method
+        return self.method or own or DEFAULT_METHOD
 
     def convert(self, picture: Any, progress: Progress | None = None) -> Frame:
         """*picture*, as :func:`halftone.convert` takes it, as a frame."""

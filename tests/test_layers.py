@@ -28,7 +28,7 @@ LAZY = {
     "numba": {"halftone/_jit.py"},
     "llvmlite": {"halftone/_objects.py"},
     "OpenImageIO": {"halftone/images/read.py"},
-    "PIL": {"halftone/images/resize.py", "halftone/cli/demo.py"},
+    "PIL": {"halftone/images/resize.py", "halftone/cli/demo.py", "halftone/screens/mask.py"},
     "scipy": set(),
     "skimage": set(),
     "colour": set(),

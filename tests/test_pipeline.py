@@ -317,3 +317,31 @@ def test_all_errors_have_one_root_and_an_exit_code():
         "DeviceFaultError": 5,
         "ThresholdError": 6,
     }
+
+
+def test_content_chooses_a_method(camera):
+    def used(content: str, levels: int = 2) -> str:
+        return convert(camera, content=content, levels=levels).method
+
+    assert used("text") == "threshold"
+    assert used("text", 4) == "none"
+    assert used("graphic") == "bayer8"
+    assert used("photo") == "floyd-steinberg"
+    with pytest.raises(UsageError, match="graphic"):
+        used("grafic")
+    with pytest.raises(UsageError, match="give one"):
+        convert(camera, content="text", method="fs")
+
+
+def test_regions_keep_text_free_of_dots(camera):
+    light = encoding("srgb").table(256)[camera]
+    mask = np.zeros(camera.shape, bool)
+    mask[100:200, 50:300] = True
+    frame = dither(light, "fs", regions=[(mask, "threshold")])
+    np.testing.assert_array_equal(frame.indices[mask], dither(light, "threshold").indices[mask])
+    np.testing.assert_array_equal(frame.indices[~mask], dither(light, "fs").indices[~mask])
+    for bad in (mask[:, 1:], mask.astype(np.uint8)):
+        with pytest.raises(UsageError, match="mask"):
+            dither(light, "fs", regions=[(bad, "threshold")])
+    with pytest.raises(UsageError, match="two levels"):
+        dither(light, "fs", levels=3, regions=[(mask, "threshold")])

@@ -37,6 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("how it is halftoned")
     add = group.add_argument
     add("-m", "--method", help="a method (halftone list methods); default floyd-steinberg")
+    add("--content", metavar="C", help="text, graphic or photo: the method that suits it")
     add("--strength", type=float, default=1.0, metavar="S", help="0 (nearest level) … 1 (full)")
     add("--serpentine", action="store_true", default=None, help="scan odd rows backwards")
     add("--raster", dest="serpentine", action="store_false", help="scan all rows forwards")
@@ -192,6 +193,7 @@ def _recipe(options: argparse.Namespace) -> Any:
     return Recipe(
         profile=_profile(options.device),
         method=options.method,
+        content=options.content,
         levels=options.levels,
         width=width,
         height=height,

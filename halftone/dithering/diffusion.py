@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
+from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_strength
 from halftone.dithering.filters import FILTERS, ErrorFilter
+from halftone.dithering.modulation import Modulation
+from halftone.dithering.toned import Taps, Toned, enhanced_side, started, text_of
+from halftone.dithering.warm import check_start
 from halftone.errors import UsageError, near
 from halftone.tone.levels import Levels
 
@@ -28,6 +31,9 @@ class ErrorDiffusion(Method):
     from_right : the first row starts at the right; the picture is the mirror image of what the
     mirrored input gives from the left.
     strength : share of the error that is passed on, 0 (nearest level) … 1.
+    noise, edges, seed : threshold modulation (:mod:`halftone.dithering.modulation`): noise of 0 … 1
+    step, and edge enhancement of −10 … 10.
+    start : ``cold``, or ``warm``, which cures start-up voids (:mod:`halftone.dithering.warm`).
 
     Error that would fall off the picture's sides or bottom is dropped, as in the definition. 8-bit
     codes whose light is linear go to two levels 0 and 1 by Floyd–Steinberg in integer arithmetic,
@@ -38,9 +44,13 @@ class ErrorDiffusion(Method):
     serpentine: bool = True
     strength: float = 1.0
     from_right: bool = False
+    noise: float = 0.0
+    edges: float = 0.0
+    start: str = "cold"
+    seed: int = 0
 
     needs = "kernel"
-    options = ("strength", "serpentine")
+    options = ("strength", "serpentine", "seed")
 
     def __post_init__(self) -> None:
         if isinstance(self.filter, str):
@@ -48,31 +58,32 @@ class ErrorDiffusion(Method):
                 raise UsageError(near(self.filter, FILTERS, "error filter"))
             object.__setattr__(self, "filter", FILTERS[self.filter])
         check_strength(self.strength)
+        check_start(self.start)
+        modulation = Modulation(self.noise, self.edges, self.seed)
+        if self.seed and modulation.reach < 0 and self.start == "cold":
+            raise UsageError(f"seed does not apply to '{self.filter.name}': it draws no random numbers")
 
     @property
     def claim(self) -> Claim:
         if not self.filter.conserves or self.strength != 1:
             return NO_CLAIM
-        return Claim("exact", side=self.filter.exact_side)
+        return Claim("exact", side=enhanced_side(self.filter.exact_side, self.edges))
 
     @property
     def source(self) -> str:
         return self.filter.source
 
     def text(self) -> str:
-        parts = [self.filter.name]
-        if not self.serpentine:
-            parts.append("raster")
-        if self.from_right:
-            parts.append("right")
-        if self.strength != 1:
-            parts.append(f"strength={self.strength:g}")
-        return ":".join(parts)
+        return text_of(self.filter.name, self, ErrorDiffusion())
 
-    def halftoner(self, job: Job) -> _Light | _Codes:
-        if self._integer(job):
+    def halftoner(self, job: Job) -> Halftoner:
+        modulation = Modulation(self.noise, self.edges, self.seed)
+        if modulation.reach >= 0:
+            taps = Taps.of(self.filter, self.strength)
+            return started(self, job, lambda inner: Toned(inner, taps, modulation, self))
+        if self.start == "cold" and self._integer(job):
             return _Codes(self, job)
-        return _Light(self, job)
+        return started(self, job, lambda inner: _Light(self, inner))
 
     def _integer(self, job: Job) -> bool:
         coded = job.source.codes()

@@ -93,7 +93,7 @@ def uniform_noise(seed: int, start: int, stop: int, width: int) -> Light:
     """
     seed &= (1 << 64) - 1
     golden = 0x9E3779B97F4A7C15
-    rows = np.arange(start + 1, stop + 1, dtype=np.uint64) * np.uint64(golden)
+    rows = np.arange(start + 1, stop + 1).astype(np.uint64) * np.uint64(golden)
     columns = np.arange(1, width + 1, dtype=np.uint64) * np.uint64(golden)
     mixed = _mix(_mix(rows + np.uint64(seed))[:, None] + columns[None, :])
     return ((mixed >> np.uint64(42)).astype(np.float32) + np.float32(0.5)) * np.float32(2.0**-22)

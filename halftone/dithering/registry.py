@@ -42,10 +42,14 @@ _FAMILIES = {
             "raster": {"serpentine": False},
             "serpentine": {"serpentine": True},
             "right": {"from_right": True},
+            "cold": {"start": "cold"},
+            "warm": {"start": "warm"},
         },
-        {"strength": float},
+        {"strength": float, "noise": float, "edges": float, "seed": int},
     ),
 }
+_FAMILIES["curve"] = _Family("curve", {}, {"strength": float, "memory": int, "decay": float})
+_FAMILIES["toned"] = _FAMILIES["diffusion"]._replace(module="toned")
 
 _DIFFUSION = (
     "floyd-steinberg",
@@ -69,6 +73,8 @@ NAMES: dict[str, str] = {
     "random": "random",
     **{f"bayer{n}": "bayer" for n in _BAYER},
     **dict.fromkeys(_DIFFUSION, "diffusion"),
+    **dict.fromkeys(("ostromoukhov", "zhou-fang"), "toned"),
+    "riemersma": "curve",
 }
 """Canonical names, each with its family, in the order in which they are listed."""
 
@@ -87,6 +93,7 @@ ALIASES = {
     "shiau-fan-1": "shiau-fan",
     "noise": "random",
     "otsu": "threshold:otsu",
+    "hilbert": "riemersma",
     **{f"bayer{n}x{n}": f"bayer{n}" for n in _BAYER},
     **{f"o{n}x{n}": f"bayer{n}" for n in _BAYER},
     **{f"ordered:bayer{n}": f"bayer{n}" for n in _BAYER},
@@ -171,6 +178,10 @@ def _build(module: Any, name: str, weights: str | None, options: dict[str, Any],
         from halftone.screens.bayer import bayer
 
         made = module.Ordered(bayer(int(name.removeprefix("bayer"))), **options)
+    elif name == "riemersma":
+        made = module.Riemersma(**options)
+    elif NAMES.get(name) == "toned":
+        made = module.ToneDiffusion(name, **options)
     elif weights is None:
         made = module.ErrorDiffusion(name, **options)
     else:

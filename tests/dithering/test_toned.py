@@ -1,0 +1,189 @@
+"""Tone-dependent error diffusion, modulation, the warm start and the Hilbert curve."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import halftone.recipe
+from halftone import ErrorDiffusion, UsageError, dither, method
+from halftone.dithering import FILTERS
+from halftone.dithering.curve import Riemersma, hilbert
+from halftone.dithering.toned import PLACES, ToneDiffusion, tone_table
+from tests.oracle import toned as oracle
+from tests.strategies import ladders, light
+
+
+@given(
+    light(-0.1, 1.1),
+    ladders(),
+    st.sampled_from(["ostromoukhov", "zhou-fang"]),
+    st.booleans(),
+    st.booleans(),
+    st.sampled_from([0.0, 0.5, -2.0, 10.0]),
+    st.integers(0, 99),
+)
+def test_tone_diffusion_equals_its_twin(picture, levels, name, serpentine, right, edges, seed):
+    seed = seed if name == "zhou-fang" else 0
+    weights, width = tone_table(name)
+    made = ToneDiffusion(name, serpentine, from_right=right, edges=edges, seed=seed)
+    expected = oracle.diffuse_toned(
+        picture, levels, list(PLACES), weights.astype(np.float32), serpentine, right,
+        width.astype(np.float32) if width.any() else 0.0, edges, seed,
+    )  # fmt: skip
+    np.testing.assert_array_equal(dither(picture, made, levels=levels), expected)
+
+
+@given(
+    light(),
+    ladders(),
+    st.sampled_from(sorted(FILTERS)),
+    st.sampled_from([0.0, 0.3, 1.0]),
+    st.sampled_from([0.0, 0.7, -3.0]),
+    st.booleans(),
+)
+def test_modulated_filters_equal_their_twin(picture, levels, name, noise, edges, serpentine):
+    table = FILTERS[name]
+    weights = [[np.float32(w / table.divisor) for _, _, w in table.taps]] * 256
+    places = [(dy, dx) for dy, dx, _ in table.taps]
+    made = ErrorDiffusion(name, serpentine, noise=noise, edges=edges)
+    expected = oracle.diffuse_toned(picture, levels, places, weights, serpentine, False, noise, edges)
+    if noise or edges:
+        np.testing.assert_array_equal(dither(picture, made, levels=levels), expected)
+    else:
+        np.testing.assert_array_equal(
+            dither(picture, name + (":raster" * (not serpentine)), levels=levels), expected
+        )
+
+
+@settings(max_examples=6)
+@given(
+    st.tuples(st.integers(1, 300), st.integers(1, 60)), ladders(), st.integers(1, 6), st.integers(0, 99)
+)
+def test_riemersma_equals_its_twin(shape, levels, memory, seed):
+    picture = np.random.default_rng(seed).random(shape).astype(np.float32)
+    made = Riemersma(memory)
+    expected = oracle.diffuse_along(picture, levels, made.weights())
+    np.testing.assert_array_equal(dither(picture, made, levels=levels), expected)
+
+
+def test_riemersma_crosses_blocks_and_strips():
+    picture = np.random.default_rng(1).random((258, 260)).astype(np.float32)
+    expected = oracle.diffuse_along(picture, [0, 1], Riemersma().weights())
+    np.testing.assert_array_equal(dither(picture, "hilbert"), expected)
+
+
+def test_the_curve_visits_every_place_in_steps_of_one():
+    y, x = (v.astype(int) for v in hilbert())
+    assert len(set(zip(y.tolist(), x.tolist(), strict=True))) == 65536
+    assert (np.abs(np.diff(y)) + np.abs(np.diff(x)) == 1).all()
+    assert (y[0], x[0], y[-1], x[-1]) == (0, 0, 0, 255)
+
+
+def test_published_coefficients():
+    """Rows printed in the papers; every row sums to 1 and mirrors."""
+    weights, noise = tone_table("ostromoukhov")
+    assert not noise.any()
+    np.testing.assert_allclose(weights[0], np.array([13, 0, 5]) / 18)
+    np.testing.assert_allclose(weights[2], np.array([21, 0, 10]) / 31)
+    np.testing.assert_allclose(weights[127], weights[128])
+    zhou, modulation = tone_table("zhou-fang")
+    np.testing.assert_allclose(zhou[2], np.array([214114, 287, 99357]) / 313758)
+    assert modulation[0] == 0
+    assert modulation.max() == pytest.approx(128 / 255)
+    for table in (weights, zhou):
+        np.testing.assert_allclose(table.sum(axis=1), 1, atol=1e-12)
+        np.testing.assert_array_equal(table, table[::-1])
+        assert (table >= 0).all()
+
+
+@pytest.mark.parametrize(
+    "name", ["ostromoukhov", "zhou-fang", "riemersma", "fs:noise=0.5", "fs:edges=2"]
+)
+def test_exact_claims_at_256_tones(name):
+    made = method(name)
+    assert made.claim.kind == "exact"
+    for k in range(256):
+        tone = np.float32(k / 255)
+        frame = dither(np.full((made.claim.side, made.claim.side), tone), made)
+        assert abs(frame.luminance.mean(dtype=np.float64) - tone) <= 0.5 / 255, k
+
+
+@pytest.mark.parametrize("name", ["fs", "fs:raster", "ostromoukhov", "zhou-fang"])
+def test_a_warm_start_has_no_voids(name):
+    """First dots within 1.5/√g rows, and the first 16 rows right within 0.5/255."""
+    for tone in range(1, 255):
+        g = tone / 255
+        frame = dither(np.full((32, 512), g, np.float32), f"{name}:warm")
+        assert abs(frame.indices[:16].mean() - g) <= 0.5 / 255, tone
+        minority = frame.indices == (1 if g <= 0.5 else 0)
+        first = int(np.flatnonzero(minority.any(axis=1))[0])
+        assert first <= 1.5 / np.sqrt(min(g, 1 - g)), tone
+
+
+def test_a_cold_start_has_voids():
+    """What the warm start cures: 71 rows without a dot at 1/255."""
+    frame = dither(np.full((96, 512), 1 / 255, np.float32), "fs:raster")
+    assert not frame.indices[:70].any()
+
+
+@given(
+    light(), ladders(), st.integers(1, 9), st.sampled_from(["fs:warm", "stucki:warm", "zhou-fang:warm"])
+)
+def test_warm_bands_give_the_whole(picture, levels, rows, name):
+    whole = dither(picture, name, levels=levels)
+    kept = halftone.recipe.BAND_ROWS
+    try:
+        halftone.recipe.BAND_ROWS = rows
+        np.testing.assert_array_equal(dither(picture, name, levels=levels), whole)
+    finally:
+        halftone.recipe.BAND_ROWS = kept
+
+
+@given(light(), ladders())
+def test_a_warm_start_is_diffusion_over_mirrored_margins(picture, levels):
+    """With carries that are known, the margins are nothing but more picture."""
+    from halftone.dithering.warm import COLUMNS, ROWS
+
+    rows = np.pad(picture, ((0, 0), (COLUMNS, COLUMNS)), mode="symmetric")
+    top = np.pad(rows, ((ROWS, 0), (0, 0)), mode="symmetric")
+    frame = dither(picture, "fs:warm", levels=levels)
+    assert frame.shape == picture.shape
+    flat = np.unique(picture).size == 1 and picture[0, 0] in np.float32(levels)
+    if flat:
+        assert np.unique(frame.indices).size <= 2
+    assert top.shape == (picture.shape[0] + ROWS, picture.shape[1] + 2 * COLUMNS)
+
+
+def test_edge_enhancement_sharpens_and_keeps_the_mean():
+    step = np.full((256, 256), 0.3, np.float32)
+    step[:, 128:] = 0.6
+    plain, sharp = (dither(step, f"fs:edges={k}").indices.astype(float) for k in (0.001, 3))
+    for frame in (plain, sharp):
+        assert frame[:, :120].mean() == pytest.approx(0.3, abs=0.01)
+        assert frame[:, 136:].mean() == pytest.approx(0.6, abs=0.01)
+    contrast = [f[:, 128:130].mean() - f[:, 126:128].mean() for f in (plain, sharp)]
+    assert contrast[1] > contrast[0] + 0.1
+
+
+def test_noise_breaks_the_checkerboard():
+    def peak(name: str) -> float:
+        dots = dither(np.full((128, 128), 127 / 255, np.float32), name).indices - 127 / 255
+        return float((np.abs(np.fft.fft2(dots)) ** 2).max() / 128**2 / 0.25)
+
+    assert peak("zhou-fang") < 30 < peak("ostromoukhov") < peak("fs:raster")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "fs:noise=1.5", "fs:noise=-1", "fs:edges=11", "fs:seed=1", "ostromoukhov:noise=0.5",
+        "ostromoukhov:seed=1", "zhou-fang:strength=2", "riemersma:memory=0", "riemersma:decay=0",
+        "riemersma:warm", "bayer8:warm", "zhou-fang:lukewarm",
+    ],
+)  # fmt: skip
+def test_options_that_are_wrong(text):
+    with pytest.raises(UsageError):
+        method(text)
