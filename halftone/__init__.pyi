@@ -1,5 +1,8 @@
+from halftone.dithering.classes import ClassMatrix as ClassMatrix
+from halftone.dithering.curve import Riemersma as Riemersma
 from halftone.dithering.diffusion import ErrorDiffusion as ErrorDiffusion
 from halftone.dithering.diffusion import FloydSteinberg as FloydSteinberg
+from halftone.dithering.dots import DotDiffusion as DotDiffusion
 from halftone.dithering.filters import ErrorFilter as ErrorFilter
 from halftone.dithering.noise import RandomDither as RandomDither
 from halftone.dithering.ordered import Ordered as Ordered
@@ -7,6 +10,7 @@ from halftone.dithering.registry import method as method
 from halftone.dithering.registry import methods as methods
 from halftone.dithering.threshold import Nearest as Nearest
 from halftone.dithering.threshold import Threshold as Threshold
+from halftone.dithering.toned import ToneDiffusion as ToneDiffusion
 from halftone.errors import HalftoneError as HalftoneError
 from halftone.errors import InputError as InputError
 from halftone.errors import InputFileError as InputFileError

@@ -6,6 +6,7 @@ codes: it decodes the band that is asked for. What a code means is said by the c
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,7 +24,10 @@ __all__ = [
     "as_pixels",
     "check_finite",
     "check_policy",
+    "mapped",
     "share",
+    "shortest",
+    "whole",
 ]
 
 Light = NDArray[np.float32]
@@ -75,14 +79,13 @@ def as_pixels(image: Any) -> Codes:
 
 def _from_pil(image: Any) -> Codes:
     mode = image.mode
+    if "transparency" in image.info:
+        mode = f"{mode} with transparency"
     if mode in ("1", "L", "I;16", "F", "RGB"):
         array = np.asarray(image)
         return array.astype(np.uint16) if mode == "I;16" else array
     if mode in ("P", "CMYK", "YCbCr", "LAB", "HSV"):
-        image = image.convert("RGBA" if "transparency" in image.info else "RGB")
-        mode = image.mode
-    if mode == "RGB":
-        return np.asarray(image)
+        return np.asarray(image.convert("RGB"))
     raise InputError(
         f"a PIL image of mode {mode} was given; allowed: 1, L, I;16, F, P, RGB, CMYK, YCbCr. "
         "Composite an alpha channel over a background first, or give halftone.convert the file"
@@ -187,6 +190,31 @@ def check_finite(source: Source, policy: str) -> Source:
             "and infinite light as white"
         )
     return source
+
+
+def whole(name: str, value: Any, low: int, high: int) -> int:
+    """*value* as an int within low … high; a float, a bool or text is refused."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = low - 1
+    if isinstance(value, bool) or not low <= number <= high:
+        raise UsageError(f"{name}={value!r}; allowed: {low} … {high}, a whole number")
+    return number
+
+
+def shortest(value: float) -> str:
+    """The shortest text that gives *value* again."""
+    text = f"{value:g}"
+    return text if float(text) == value else repr(float(value))
+
+
+def mapped(table: NDArray[Any], indices: NDArray[np.uint8]) -> NDArray[Any]:
+    """table[indices], by bands: NumPy widens the indices to 8 bytes a pixel."""
+    out = np.empty(indices.shape, table.dtype)
+    for start in range(0, indices.shape[0], BAND_ROWS):
+        out[start : start + BAND_ROWS] = np.take(table, indices[start : start + BAND_ROWS])
+    return out
 
 
 def check_policy(policy: str) -> None:

@@ -19,9 +19,16 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["Kernel", "kernel", "kernels"]
+__all__ = ["TYPES", "Kernel", "kernel", "kernels"]
 
-_SCALARS = {"i8": "i64", "f4": "float", "f8": "double"}
+TYPES = {
+    "u1": ("uint8", "i8"),
+    "i4": ("int32", "i32"),
+    "i8": ("int64", "i64"),
+    "f4": ("float32", "float"),
+    "f8": ("float64", "double"),
+}
+"""Element types of a signature: NumPy's and numba's name, and LLVM's."""
 _REGISTRY: list[Kernel] = []
 _LOCK = threading.Lock()
 
@@ -88,10 +95,9 @@ class Kernel:
         import numba
         from numba.core import types
 
-        names = {"u1": "uint8", "i4": "int32", "i8": "int64", "f4": "float32", "f8": "float64"}
         spec = []
         for part in self.signature:
-            base = getattr(types, names[part[:2]])
+            base = getattr(types, TYPES[part[:2]][0])
             spec.append(types.Array(base, part.count(":"), "C") if "[" in part else base)
         options = {"nogil": True, "error_model": "numpy"}
         dispatcher = numba.njit(tuple(spec), no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(
@@ -100,8 +106,8 @@ class Kernel:
         from halftone import _objects
 
         object_code = _objects.build(self, dispatcher.inspect_llvm(tuple(spec)))
-        if object_code is None:
-            dispatcher = numba.njit(tuple(spec), **options)(self.python)
+        if object_code is None:  # typed at each call: arrays that may not be written are a type
+            dispatcher = numba.njit(**options)(self.python)
         return dispatcher, object_code
 
     def flat(self) -> list[str]:
@@ -111,5 +117,5 @@ class Kernel:
             if "[" in part:
                 types += ["ptr", "ptr", "i64", "i64", "ptr"] + ["i64"] * (2 * part.count(":"))
             else:
-                types.append(_SCALARS[part])
+                types.append(TYPES[part][1])
         return types

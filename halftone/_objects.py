@@ -1,7 +1,7 @@
 """Object code of compiled kernels: built with llvmlite, kept in the user's cache, called by ctypes.
 
 A cache file is ``MAGIC + sha256(payload) + payload``. Its name holds a hash of the kernel's source
-file, its signature, the versions of numba and llvmlite and the processor, so that an outdated file
+file, its signature, the versions of numba and of LLVM and the processor, so that an outdated file
 is never asked for. Only files that belong to this user are loaded: they are executed.
 """
 
@@ -29,8 +29,14 @@ _SUFFIX = ".kernel"
 _ENTRY = "halftone_kernel"
 _LIBC = {"memset", "memcpy", "memmove"}
 _RETURNED = (0, -2)  # numba's status for "returned a value" and "returned None"
-_CTYPES = {"ptr": ctypes.c_void_p, "i64": ctypes.c_int64, "float": ctypes.c_float}
-_DTYPES = {"u1": np.uint8, "i4": np.int32, "i8": np.int64, "f4": np.float32, "f8": np.float64}
+_CTYPES = {
+    "ptr": ctypes.c_void_p,
+    "i8": ctypes.c_uint8,
+    "i32": ctypes.c_int32,
+    "i64": ctypes.c_int64,
+    "float": ctypes.c_float,
+    "double": ctypes.c_double,
+}
 _engines: list[Any] = []  # an engine owns the machine code of its kernels: never collected
 
 
@@ -82,7 +88,7 @@ def write(kernel: Kernel, object_code: bytes) -> bool:
     try:
         path = _path(kernel)
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        handle, temporary = tempfile.mkstemp(dir=path.parent)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=_SUFFIX)
         with os.fdopen(handle, "wb") as file:
             file.write(_MAGIC + hashlib.sha256(object_code).digest() + object_code)
         os.replace(temporary, path)
@@ -119,9 +125,10 @@ def caller(kernel: Kernel, object_code: bytes) -> Callable[..., None]:
     engine.finalize_object()
     address = engine.get_function_address(_ENTRY)
     _engines.append(engine)
-    types = {**_CTYPES, "double": ctypes.c_double}
-    function = ctypes.CFUNCTYPE(ctypes.c_int32, *(types[name] for name in kernel.flat()))(address)
-    plan = [(part, "[" in part, _DTYPES[part[:2]]) for part in kernel.signature]
+    from halftone._jit import TYPES
+
+    function = ctypes.CFUNCTYPE(ctypes.c_int32, *(_CTYPES[name] for name in kernel.flat()))(address)
+    plan = [(part, "[" in part, np.dtype(TYPES[part[:2]][0])) for part in kernel.signature]
 
     def call(*arguments: Any) -> None:
         returned, raised = ctypes.c_void_p(), ctypes.c_void_p()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from halftone.errors import UsageError
+from halftone._arrays import mapped, whole
 from halftone.packing import Packing, pack
 from halftone.tone.levels import Levels
 
@@ -41,7 +41,7 @@ class Frame:
     @property
     def luminance(self) -> NDArray[np.float32]:
         """Linear light that the device shows: float32 (M, N), 1 = the device's white."""
-        return np.take(self.levels.luminance, self.indices)
+        return mapped(self.levels.luminance, self.indices)
 
     def packed(self, packing: Packing | None = None) -> NDArray[np.uint8]:
         """Rows of packed bytes, uint8 (M, bytes a row); ``.tobytes()`` is the whole buffer.
@@ -53,8 +53,7 @@ class Frame:
 
     def upscaled(self, factor: int) -> Frame:
         """Every pixel as factor × factor pixels."""
-        if isinstance(factor, bool) or factor != int(factor) or not 1 <= factor <= 256:
-            raise UsageError(f"upscale={factor!r}; allowed: 1 … 256")
+        factor = whole("upscale", factor, 1, 256)
         if factor == 1:
             return self
         dpi = None if self.dpi is None else (self.dpi[0] * factor, self.dpi[1] * factor)
@@ -63,7 +62,7 @@ class Frame:
 
     def preview(self) -> NDArray[np.uint8]:
         """8-bit sRGB gray codes of what the device shows, (M, N)."""
-        return np.take(self.levels.srgb(), self.indices)
+        return mapped(self.levels.srgb(), self.indices)
 
     def save(self, path: str | Path, format: str | None = None, *, overwrite: bool = True) -> None:
         """Write a PNG, PBM, PGM, TIFF or raw file, by the ending of *path* or by *format*."""

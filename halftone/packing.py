@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from halftone._arrays import mapped
 from halftone.errors import UsageError
 
 __all__ = ["Packing", "bytes_per_row", "pack", "unpack"]
@@ -58,7 +59,7 @@ def pack(indices: NDArray[np.uint8], packing: Packing) -> Bytes:
     if packing.codes is not None:
         if top >= len(packing.codes):
             raise UsageError(f"level {top} has no device code: {len(packing.codes)} are given")
-        indices = np.take(np.array(packing.codes, np.uint8), indices)
+        indices = mapped(np.array(packing.codes, np.uint8), indices)
     elif top >= 1 << bits:
         raise UsageError(f"level {top} does not fit into {bits} bits a pixel")
     if bits == 8:

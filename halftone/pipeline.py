@@ -69,8 +69,8 @@ def dither(
     range: str = "clip",
     nonfinite: str = "error",
     serpentine: bool | None = None,
-    strength: float = 1.0,
-    seed: int = 0,
+    strength: float | None = None,
+    seed: int | None = None,
     regions: Sequence[tuple[ArrayLike, str | Method]] = (),
     workers: int = 1,
     progress: Progress | None = None,
@@ -88,6 +88,7 @@ def dither(
     range : how light beyond the levels is brought in: ``clip``, ``scale`` or ``compress``.
     nonfinite : ``error``, or ``clip`` to show NaN as black and ±inf as white and black.
     serpentine, strength, seed : set the method's option of that name; an error where it has none.
+    None leaves it as the method has it: serpentine, strength 1, seed 0.
     regions : (mask, method) pairs; where a boolean mask (M, N) is true, the picture is halftoned by
     that method instead, a later pair over an earlier one. ``[(text, "threshold")]`` keeps text and
     barcodes free of dots.
@@ -131,7 +132,7 @@ def convert(
     levels: Any = None,
     width: int | None = None,
     height: int | None = None,
-    fit: str = "contain",
+    fit: str | None = None,
     encoding: str | None = None,
     gamma: str | float | None = None,
     brightness: float = 0.0,
@@ -142,8 +143,8 @@ def convert(
     range: str = "clip",
     nonfinite: str = "error",
     serpentine: bool | None = None,
-    strength: float = 1.0,
-    seed: int = 0,
+    strength: float | None = None,
+    seed: int | None = None,
     workers: int = 1,
     max_memory: int = DEFAULT_LIMIT,
     progress: Progress | None = None,
@@ -191,4 +192,4 @@ def convert(
 
 def check_method(text: str) -> None:
     """UsageError if *text* names no method."""
-    configured(text, None, 1.0, 0)
+    configured(text, None, None, None)

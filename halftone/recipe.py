@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite
+from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite, check_policy, whole
 from halftone._parallel import bands, count_workers, for_each_band
 from halftone.dithering.base import Job, Method
 from halftone.dithering.registry import method as find_method
@@ -95,7 +95,7 @@ class Recipe:
     levels: Any = None
     width: int | None = None
     height: int | None = None
-    fit: str = "contain"
+    fit: str | None = None
     encoding: str | None = None
     gamma: str | float | None = None
     brightness: float = 0.0
@@ -106,13 +106,12 @@ class Recipe:
     range: str = "clip"
     nonfinite: str = "error"
     serpentine: bool | None = None
-    strength: float = 1.0
-    seed: int = 0
+    strength: float | None = None
+    seed: int | None = None
     workers: int = 1
     max_memory: int = DEFAULT_LIMIT
 
     def __post_init__(self) -> None:
-        from halftone._arrays import check_policy
         from halftone.images.resize import check_fit
 
         profile = self.profile
@@ -127,11 +126,15 @@ class Recipe:
             )
         spec = self._spec(ladder)
         for name, value in (("width", self.width), ("height", self.height)):
-            if value is not None and (isinstance(value, bool) or value != int(value) or value < 1):
-                raise UsageError(f"{name}={value!r}; allowed: 1, 2, …")
+            if value is not None:
+                whole(name, value, 1, 1 << 62)
         if self.encoding is not None:
             find_encoding(self.encoding)
-        check_fit(self.fit)
+        if self.fit is not None:
+            check_fit(self.fit)
+            sized = profile if self.width is None and self.height is None else self
+            if sized is None or sized.width is None or sized.height is None:
+                raise UsageError(f"fit '{self.fit}' needs both a width and a height (--size WxH)")
         check_rule(self.range)
         check_policy(self.nonfinite)
         count_workers(self.workers)
@@ -220,17 +223,22 @@ class Recipe:
                 wanted = (self.profile.width, self.profile.height)
         width, height = target_size(rows, columns, *wanted, aspect)
         self._check_size(width, height)
+        held = source.pixels.nbytes + (0 if source.cover is None else source.cover.nbytes)
+        if (width, height) != (columns, rows):
+            held += 12 * rows * columns  # light, Pillow's copy, and between its two passes
+        need = held + 12 * width * height
+        check_memory(need, self.max_memory, f"the size {width} × {height}")
         # A method that shows each pixel as n × n takes a picture n times smaller.
         scale = self._method.scale
         width, height = max(1, width // scale), max(1, height // scale)
         if (width, height) == (columns, rows):
             report.leave_out("resize", "the picture has the size asked for")
             return source
-        with report.stage("resize", fit=self.fit, size=[width, height]):
+        with report.stage("resize", fit=self.fit or "contain", size=[width, height]):
             light = np.empty((rows, columns), np.float32)
             for start, stop in bands(rows, BAND_ROWS):
                 light[start:stop] = source.band(start, stop)
-            placed = place(light, width, height, self.fit, self._paper, aspect)
+            placed = place(light, width, height, self.fit or "contain", self._paper, aspect)
         if self.profile is not None:
             report.notes.append(
                 f"the picture of {columns} × {rows} was scaled to {width} × {height} for "
@@ -247,7 +255,6 @@ class Recipe:
                     f"'{getattr(self.profile, 'name', '')}': nothing is cropped silently. "
                     "Leave --size and --width out to fit"
                 )
-        check_memory(width * height * 12, self.max_memory, f"the size {width} × {height}")
 
 
 def check_memory(need: int, limit: int, what: str) -> None:
@@ -259,10 +266,11 @@ def check_memory(need: int, limit: int, what: str) -> None:
         )
 
 
-def configured(spec: str | Method, serpentine: bool | None, strength: float, seed: int) -> Method:
-    """The method with the options that differ from their defaults set."""
-    strong = None if strength == 1 else strength
-    return find_method(spec, serpentine=serpentine, strength=strong, seed=seed or None)
+def configured(
+    spec: str | Method, serpentine: bool | None, strength: float | None, seed: int | None
+) -> Method:
+    """The method with the options that are not None set."""
+    return find_method(spec, serpentine=serpentine, strength=strength, seed=seed)
 
 
 def response(gamma: str | float | None) -> str | None:

@@ -77,6 +77,9 @@ def _run(arguments: list[str]) -> int:
             module.arguments(sub)
             sub.set_defaults(run=module.run)
     options, unknown = parser.parse_known_args(arguments)
+    if hasattr(options, "paths"):  # argparse stops collecting them at the first option
+        options.paths += [text for text in unknown if text == "-" or not text.startswith("-")]
+        unknown = [text for text in unknown if text != "-" and text.startswith("-")]
     if unknown:
         _refuse(unknown, subparsers.choices[options.command] if options.command else parser)
     if options.command is None:

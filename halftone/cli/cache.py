@@ -32,11 +32,17 @@ def run(options: argparse.Namespace) -> int:
 
 def _warm() -> int:
     """Compile and keep every kernel that is not kept yet."""
+    from importlib import import_module
+    from pathlib import Path
+
+    import halftone
     from halftone import _objects
     from halftone._jit import kernels
-    from halftone.dithering import _diffusion_kernels  # noqa: F401 (its kernels register)
     from halftone.errors import OutputError
 
+    root = Path(halftone.__file__).parent
+    for path in sorted(root.rglob("_*_kernels.py")):  # its kernels register when it is imported
+        import_module(".".join(("halftone", *path.relative_to(root).with_suffix("").parts)))
     for made in kernels():
         start = time.perf_counter()
         origin = made.prepare()

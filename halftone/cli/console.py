@@ -23,7 +23,7 @@ def quiet_libraries() -> Iterator[None]:
     except (OSError, ValueError, AttributeError):  # no real stderr: nothing to keep quiet
         yield
         return
-    ours = os.fdopen(kept, "w", buffering=1)
+    ours = os.fdopen(kept, "w", buffering=1, encoding=sys.stderr.encoding, errors="replace")
     shown, sys.stderr = sys.stderr, ours
     shown.flush()
     null = os.open(os.devnull, os.O_WRONLY)

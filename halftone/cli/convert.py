@@ -15,11 +15,11 @@ __all__ = ["arguments", "run"]
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("inputs", nargs="+", metavar="IN", help="picture files, or - for stdin")
     add(
-        "output",
-        metavar="OUT",
-        help="a file (.png .pbm .pgm .tiff .raw), a folder, or - for stdout",
+        "paths",
+        nargs="+",
+        metavar="IN... OUT",
+        help="picture files, or - for stdin; then a file (.png .pbm .pgm .tiff .raw), a folder, or -",
     )
     group = parser.add_argument_group("what the device can show")
     add = group.add_argument
@@ -33,15 +33,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add("--gamma", help="response of the device, for a count of levels: 2.2, srgb, … (default srgb)")
     add("--size", metavar="WxH", help="size in dots; Wx or xH keeps the shape")
     add("--width", type=int, metavar="W", help="width in dots; the height follows")
-    add("--fit", default="contain", choices=("contain", "cover", "stretch"), help="with --size WxH")
+    add("--fit", choices=("contain", "cover", "stretch"), help="with --size WxH")
     group = parser.add_argument_group("how it is halftoned")
     add = group.add_argument
     add("-m", "--method", help="a method (halftone list methods); default floyd-steinberg")
     add("--content", metavar="C", help="text, graphic or photo: the method that suits it")
-    add("--strength", type=float, default=1.0, metavar="S", help="0 (nearest level) … 1 (full)")
+    add("--strength", type=float, metavar="S", help="0 (nearest level) … 1 (full)")
     add("--serpentine", action="store_true", default=None, help="scan odd rows backwards")
     add("--raster", dest="serpentine", action="store_false", help="scan all rows forwards")
-    add("--seed", type=int, default=0, metavar="N", help="for methods that draw random numbers")
+    add("--seed", type=int, metavar="N", help="for methods that draw random numbers")
     add(
         "--range",
         default="clip",
@@ -89,7 +89,11 @@ def run(options: argparse.Namespace) -> int:
     from halftone._parallel import count_workers
     from halftone.cli.console import quiet_libraries
     from halftone.cli.progress import Bar
+    from halftone.errors import UsageError
 
+    if len(options.paths) < 2:
+        raise UsageError(f"only '{options.paths[0]}' was named; give one or more IN, and OUT")
+    *options.inputs, options.output = options.paths
     recipe = _recipe(options)
     tasks = _tasks(options)
     jobs = count_workers(options.jobs)
@@ -160,7 +164,7 @@ def _write(frame: Any, task: _Task, options: argparse.Namespace, limit: int) -> 
     from halftone.images import write
     from halftone.recipe import check_memory
 
-    size = 3 * frame.indices.size * options.upscale**2  # indices, packed, compressed
+    size = 4 * frame.indices.size * options.upscale**2  # indices, packed, compressed
     check_memory(size, limit, f"every pixel as {options.upscale} × {options.upscale}")
     frame = frame.upscaled(options.upscale)
     if options.preview:
@@ -175,6 +179,7 @@ def _write(frame: Any, task: _Task, options: argparse.Namespace, limit: int) -> 
 
 def _recipe(options: argparse.Namespace) -> Any:
     """Everything but the picture, checked."""
+    from halftone._arrays import whole
     from halftone.errors import UsageError
     from halftone.recipe import Recipe
 
@@ -185,8 +190,7 @@ def _recipe(options: argparse.Namespace) -> Any:
         if width is not None:
             raise UsageError("both --size and --width were given; give one")
         width, height = parse_size(options.size)
-    if options.upscale < 1 or options.upscale > 256:
-        raise UsageError(f"upscale {options.upscale}; allowed: 1 … 256")
+    whole("upscale", options.upscale, 1, 256)
     given: dict[str, Any] = {}
     if options.max_memory is not None:
         given["max_memory"] = options.max_memory

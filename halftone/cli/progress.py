@@ -75,6 +75,7 @@ class Bar:
             share = min(1.0, (self.finished + sum(self.shares.values())) / self.files)
             full = round(share * WIDTH)
             count = f" {self.finished}/{self.files}" if self.files > 1 else ""
-            bar = "█" * full + "░" * (WIDTH - full)
+            marks = "█░" if "utf" in (sys.stderr.encoding or "").lower() else "#-"
+            bar = marks[0] * full + marks[1] * (WIDTH - full)
             sys.stderr.write(f"\r\x1b[K{bar} {share:4.0%}{count} {name[-40:]}")
             sys.stderr.flush()

@@ -7,6 +7,8 @@ from typing import Any
 _PUBLIC = {
     "FILTERS": "filters",
     "Claim": "base",
+    "ClassMatrix": "classes",
+    "DotDiffusion": "dots",
     "ErrorDiffusion": "diffusion",
     "ErrorFilter": "filters",
     "FloydSteinberg": "diffusion",
@@ -15,7 +17,9 @@ _PUBLIC = {
     "Nearest": "threshold",
     "Ordered": "ordered",
     "RandomDither": "noise",
+    "Riemersma": "curve",
     "Threshold": "threshold",
+    "ToneDiffusion": "toned",
     "method": "registry",
     "methods": "registry",
 }

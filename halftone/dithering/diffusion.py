@@ -14,12 +14,8 @@ from halftone.dithering.modulation import Modulation
 from halftone.dithering.toned import Taps, Toned, enhanced_side, started, text_of
 from halftone.dithering.warm import check_start
 from halftone.errors import UsageError, near
-from halftone.tone.levels import Levels
 
 __all__ = ["ErrorDiffusion", "FloydSteinberg"]
-
-BUCKETS = 1024
-"""Entries of the table that finds the nearest level; from there on it is a short walk up."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +116,7 @@ class _Light:
         self.scan = (int(method.serpentine), int(method.from_right))
         self.job = job
         self.middle = job.levels.middles()
-        self.bucket, self.scale = _buckets(job.levels, self.middle)
+        self.bucket, self.scale = job.levels.buckets()
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
         from halftone.dithering._diffusion_kernels import diffuse_light
@@ -152,17 +148,3 @@ class _Codes:
         codes = np.ascontiguousarray(self.job.source.pixels[start:stop])
         index = self.job.levels.index
         diffuse_codes(codes, out, self.carry, self.error, index, start, *self.scan)
-
-
-def _buckets(levels: Levels, middle: NDArray[np.float32]) -> tuple[NDArray[np.uint8], float]:
-    """A table over darkest … lightest of the nearest level at the start of each bucket.
-
-    The kernel takes ⌊(v − darkest)·scale⌋ in float32; a bucket starts one bucket early, which is
-    more than any rounding of that product, and the walk up does the rest.
-    """
-    darkest, lightest = levels.darkest, levels.lightest
-    scale = np.float32((BUCKETS - 1) / (lightest - darkest))
-    if not np.isfinite(scale):
-        return np.zeros(1, np.uint8), 0.0
-    edge = darkest + (np.arange(BUCKETS) - 1) / float(scale)
-    return np.searchsorted(middle, edge, side="right").astype(np.uint8), float(scale)

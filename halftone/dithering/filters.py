@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from halftone._arrays import shortest
 from halftone.errors import UsageError
 
 __all__ = ["FILTERS", "ErrorFilter", "four_weights"]
@@ -84,8 +85,8 @@ def four_weights(weights: tuple[float, ...], divisor: float) -> ErrorFilter:
         raise UsageError(f"{len(weights)} weights; allowed: 4 (ahead, down-back, down, down-ahead)")
     places = ((0, 1), (1, -1), (1, 0), (1, 1))
     taps = tuple((*place, w) for place, w in zip(places, weights, strict=True))
-    text = ",".join(f"{w:g}" for w in weights)
-    return ErrorFilter(f"ed:{text}/{divisor:g}", taps, divisor, "given weights")
+    text = ",".join(shortest(w) for w in weights)
+    return ErrorFilter(f"ed:{text}/{shortest(divisor)}", taps, divisor, "given weights")
 
 
 def _filter(name: str, divisor: float, source: str, side: int, *rows: dict[int, float]) -> ErrorFilter:

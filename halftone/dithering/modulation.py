@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import Light
-from halftone.dithering.noise import uniform_noise
+from halftone._arrays import Light, whole
+from halftone.dithering.noise import MAX_SEED, uniform_noise
 from halftone.errors import UsageError
 from halftone.tone.levels import Levels
 
@@ -38,8 +38,7 @@ class Modulation:
             raise UsageError(f"noise={self.noise!r}; allowed: 0 … 1, as a share of a step")
         if not -MAX_EDGES <= self.edges <= MAX_EDGES:
             raise UsageError(f"edges={self.edges!r}; allowed: -10 … 10, where 0 changes nothing")
-        if not 0 <= self.seed < 1 << 64:
-            raise UsageError(f"seed={self.seed}; allowed: 0 … 2^64 − 1")
+        object.__setattr__(self, "seed", whole("seed", self.seed, 0, MAX_SEED))
 
     @property
     def reach(self) -> float:

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import Light
+from halftone._arrays import Light, shortest, whole
 from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
 from halftone.dithering.ordered import step_up
 from halftone.errors import UsageError
 
 __all__ = ["RandomDither", "uniform_noise"]
+
+MAX_SEED = (1 << 64) - 1
 
 SHAPES = ("uniform", "triangular")
 
@@ -40,8 +42,7 @@ class RandomDither(Method):
         if self.noise not in SHAPES:
             raise UsageError(f"random:{self.noise} is unknown; allowed: {', '.join(SHAPES)}")
         check_strength(self.strength)
-        if not 0 <= self.seed < 1 << 64:
-            raise UsageError(f"seed={self.seed}; allowed: 0 … 2^64 − 1")
+        object.__setattr__(self, "seed", whole("seed", self.seed, 0, MAX_SEED))
 
     @property
     def claim(self) -> Claim:
@@ -58,7 +59,7 @@ class RandomDither(Method):
         if self.noise != "uniform":
             parts.append(self.noise)
         if self.strength != 1:
-            parts.append(f"strength={self.strength:g}")
+            parts.append(f"strength={shortest(self.strength)}")
         if self.seed:
             parts.append(f"seed={self.seed}")
         return ":".join(parts)

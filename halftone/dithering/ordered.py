@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import Light
+from halftone._arrays import Light, shortest
 from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
 from halftone.screens.order import Screen, tiled
 
@@ -44,7 +44,7 @@ class Ordered(Method):
         return self.screen.source
 
     def text(self) -> str:
-        tail = "" if self.strength == 1 else f":strength={self.strength:g}"
+        tail = "" if self.strength == 1 else f":strength={shortest(self.strength)}"
         return self.screen.name + tail
 
     def halftoner(self, job: Job) -> _Ordered:
@@ -79,7 +79,8 @@ class _Ordered:
         """For every code the level below it, and how many of the screen's thresholds it passes."""
         distinct = self.job.levels.distinct
         values, rank = np.unique(self.tile, return_inverse=True)
-        self.rank = rank.reshape(self.tile.shape).astype(np.uint16)
+        kind = np.uint16 if values.size < 1 << 16 else np.uint32
+        self.rank = rank.reshape(self.tile.shape).astype(kind)
         low = np.searchsorted(distinct[1:-1], light, side="right")
         base, above = distinct[low], distinct[low + 1]
         self.low = self.job.levels.index[low]
@@ -92,19 +93,19 @@ class _Ordered:
             open_ = first < last
             first = np.where(open_ & passed, middle + 1, first)
             last = np.where(open_ & ~passed, middle, last)
-        self.passed = first.astype(np.uint16)
+        self.passed = first.astype(kind)
         self.cut = self._cut(distinct, light) if distinct.size == 2 and light.size == 256 else None
 
     def _cut(self, distinct: Light, light: Light) -> NDArray[np.uint8] | None:
         """Two levels, light that rises with the code: a pixel is light where code > cut."""
         if (np.diff(light) < 0).any():
             return None
-        codes = np.array(
-            [np.searchsorted(self.passed, r, side="right") for r in range(self.rank.max() + 1)]
-        )
+        ranks = np.arange(int(self.rank.max()) + 1)
+        codes = np.searchsorted(self.passed, ranks, side="right")
         if codes.min() < 1:
             return None
-        return (codes - 1).astype(np.uint8)[self.rank]
+        cut: NDArray[np.uint8] = (codes - 1).astype(np.uint8)[self.rank]
+        return cut
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
         width = out.shape[1]

@@ -2,7 +2,8 @@
 
 Case, ``-``, ``_`` and blanks do not matter. After the name come parts, divided by ``:``:
 ``stucki:raster``, ``random:triangular``, ``threshold:otsu``, ``fs:strength=0.8``, and
-``ed:7,3,5,1/16`` for four weights of one's own. Only the family that is named is loaded.
+``ed:7,3,5,1/16`` for four weights of one's own. Some names are a prefix, and their family reads what
+follows, a file's name too: ``dots:mese16``, ``dots:own.csv``. Only the family that is named is loaded.
 """
 
 from __future__ import annotations
@@ -75,6 +76,7 @@ NAMES: dict[str, str] = {
     **dict.fromkeys(_DIFFUSION, "diffusion"),
     **dict.fromkeys(("ostromoukhov", "zhou-fang"), "toned"),
     "riemersma": "curve",
+    **dict.fromkeys(("dots:knuth", "dots:mese8", "dots:mese16", "dots:64"), "dots"),
 }
 """Canonical names, each with its family, in the order in which they are listed."""
 
@@ -94,10 +96,20 @@ ALIASES = {
     "noise": "random",
     "otsu": "threshold:otsu",
     "hilbert": "riemersma",
+    "dots": "dots:64",
+    "knuth": "dots:knuth",
+    "mese8": "dots:mese8",
+    "mese16": "dots:mese16",
     **{f"bayer{n}x{n}": f"bayer{n}" for n in _BAYER},
     **{f"o{n}x{n}": f"bayer{n}" for n in _BAYER},
     **{f"ordered:bayer{n}": f"bayer{n}" for n in _BAYER},
 }
+
+
+_PREFIXES = {
+    "dots": ("dots", "DotDiffusion"),
+}
+"""Names with a text of their own after the colon: module and maker, which takes that text."""
 
 
 def methods() -> dict[str, Method]:
@@ -115,14 +127,30 @@ def method(spec: str | Method, **options: Any) -> Method:
         if isinstance(spec, type) or not hasattr(spec, "halftoner"):
             raise UsageError(f"method={spec!r}; allowed: a name, or a method as FloydSteinberg()")
         return spec.with_options(**given) if given else spec
-    name, *parts = _canonical(spec).split(":")
-    made = _make(spec, name, parts)
+    made = _prefixed(spec)
+    if made is None:
+        name, *parts = _canonical(spec).split(":")
+        made = _make(spec, name, parts)
     return made.with_options(**given) if given else made
+
+
+def _prefixed(spec: str) -> Method | None:
+    """The method of a name such as ``dots:…``; what follows keeps its case."""
+    canonical = _canonical(spec)
+    head, _, rest = (spec if canonical.lower() == spec.lower() else canonical).partition(":")
+    if _key(head.strip().lower()) not in _PREFIXES or not rest:
+        return None
+    module, maker = _PREFIXES[_key(head.strip().lower())]
+    rest, _, strength = rest.partition(":strength=")
+    made = getattr(import_module(f"halftone.dithering.{module}"), maker)(rest.strip())
+    options = {"strength": _number(float, strength, spec)} if strength else {}
+    found: Method = made.with_options(**options)
+    return found
 
 
 def _canonical(spec: str) -> str:
     """*spec* with its name in canonical form; the longest name first, as in ordered:bayer8."""
-    parts = spec.strip().lower().split(":")
+    parts = [part.strip() for part in spec.lower().split(":")]
     forms = _forms()
     for count in range(len(parts), 0, -1):
         name = forms.get(_key(":".join(parts[:count])))
@@ -196,6 +224,8 @@ def _build(module: Any, name: str, weights: str | None, options: dict[str, Any],
 
 def _number(kind: Callable[[str], Any], text: str, spec: str) -> Any:
     try:
+        if "_" in text:  # Python's digit groups
+            raise ValueError
         return kind(text)
     except ValueError:
         raise UsageError(f"'{text}' in the method '{spec}' is not a number") from None

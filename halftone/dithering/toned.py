@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from halftone._arrays import shortest
 from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_strength
 from halftone.dithering.filters import ErrorFilter
 from halftone.dithering.modulation import Decisions, Modulation
@@ -167,7 +168,7 @@ def text_of(name: str, method: Any, default: Any) -> str:
         parts.append("right")
     for field in ("strength", "noise", "edges"):
         if getattr(method, field) != getattr(default, field):
-            parts.append(f"{field}={getattr(method, field):g}")
+            parts.append(f"{field}={shortest(getattr(method, field))}")
     if method.start != default.start:
         parts.append(method.start)
     if method.seed:

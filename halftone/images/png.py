@@ -59,7 +59,7 @@ def _file(
     filtered[:, 1:] = rows
     header = struct.pack(">IIBBBBB", shape[1], shape[0], bits, colour, 0, 0, 0)
     density = b""
-    if dpi is not None:
+    if dpi is not None and max(dpi) < 1e6:
         per_metre = (round(d / 0.0254) for d in dpi)
         density = _chunk(b"pHYs", struct.pack(">IIB", *per_metre, 1))
     return b"".join(

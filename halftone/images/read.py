@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halftone.errors import InputFileError
+from halftone.images.headers import declared_size, exact_pnm
 
 __all__ = ["DEFAULT_LIMIT", "Picture", "read_picture"]
 
@@ -52,7 +53,7 @@ def read_picture(path: str | Path, limit: int = DEFAULT_LIMIT) -> Picture:
     """Read the first image of a file, or of stdin for ``-``."""
     name = "stdin" if str(path) == "-" else f"'{path}'"
     with _opened(path, name, limit) as place:
-        file = _open(place, name)
+        file = _open(place, name, limit)
         spec = file.spec()
         _check_size(spec, name, limit)
         pixels = file.read_image(0, 0, 0, spec.nchannels, "unknown")
@@ -60,7 +61,10 @@ def read_picture(path: str | Path, limit: int = DEFAULT_LIMIT) -> Picture:
         trouble = file.geterror()
         if pixels is None or trouble:
             raise InputFileError(f"{name} is damaged or cut off: {_reason(trouble, place)}")
-    return _picture(np.asarray(pixels), spec, name)
+        pixels, kind = np.asarray(pixels), file.format_name()
+        if kind == "pnm":
+            pixels = exact_pnm(pixels, place)
+    return _picture(pixels, spec, name, kind)
 
 
 @contextmanager
@@ -107,9 +111,13 @@ def _in_memory(stream: BinaryIO, name: str, limit: int) -> Iterator[str]:
         os.close(handle)
 
 
-def _open(place: str, name: str) -> Any:
+def _open(place: str, name: str, limit: int) -> Any:
     import OpenImageIO as oiio
 
+    with open(place, "rb") as head:  # of formats that are decoded when they are opened
+        size = declared_size(head.read(4096))
+    if size is not None:
+        _check_pixels(*size, 4, 1, name, limit)
     wish = oiio.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)  # codes as stored, not multiplied as if linear
     file = oiio.ImageInput.open(place, wish)
@@ -120,22 +128,25 @@ def _open(place: str, name: str) -> Any:
 
 
 def _check_size(spec: Any, name: str, limit: int) -> None:
-    pixels = spec.width * spec.height
-    if pixels <= 0 or spec.nchannels < 1:
+    if spec.width * spec.height <= 0 or spec.nchannels < 1:
         raise InputFileError(f"{name} has no pixels: it is {spec.width} × {spec.height}")
-    stored = 2 * spec.nchannels * spec.format.size()  # as read, then upright and apart
+    stored = 2 * spec.format.size()  # as read, then upright and apart
     if spec.format.size() not in (1, 2) or str(spec.format) == "half":
-        stored += spec.nchannels * 4  # light as float32 at once
-    need = pixels * (stored + BYTES_PER_PIXEL)
+        stored += 4  # light as float32 at once
+    _check_pixels(spec.width, spec.height, spec.nchannels, stored, name, limit)
+
+
+def _check_pixels(width: int, height: int, channels: int, stored: int, name: str, limit: int) -> None:
+    need = width * height * (channels * stored + BYTES_PER_PIXEL)
     if need > limit:
         raise InputFileError(
-            f"{name} is {spec.width} × {spec.height} × {spec.nchannels} and would take about "
-            f"{need >> 20} MiB; allowed: {limit >> 20} MiB. Raise --max-memory (max_memory=) or "
-            "make the picture smaller first"
+            f"{name} is {width} × {height} × {channels} and would take about {need >> 20} MiB; "
+            f"allowed: {limit >> 20} MiB. Raise --max-memory (max_memory=) or make the picture "
+            "smaller first"
         )
 
 
-def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
+def _picture(pixels: NDArray[Any], spec: Any, name: str, format_name: str) -> Picture:
     if pixels.ndim == 2:
         pixels = pixels[:, :, None]
     names = [str(c).upper().rpartition(".")[2] for c in spec.channelnames]
@@ -149,7 +160,9 @@ def _picture(pixels: NDArray[Any], spec: Any, name: str) -> Picture:
         body = body.astype(np.float32, copy=False)
     elif body.dtype not in (np.uint8, np.uint16, np.uint32):
         raise InputFileError(f"{name} holds {body.dtype} pixels; allowed: unsigned or float")
-    premultiplied = not spec.get_int_attribute("oiio:UnassociatedAlpha", 0)
+    # Only these formats weight pixels by alpha; of the others, readers do not always say so.
+    weighted = format_name in ("openexr", "tiff") or body.dtype.kind == "f"
+    premultiplied = weighted and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0)
     if premultiplied and alpha is not None and body.dtype.kind != "f":
         # Integer codes are weighted as codes (TIFF 6.0, ExtraSamples 1), not as light.
         body, premultiplied = _divided(body, alpha), False

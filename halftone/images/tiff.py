@@ -47,7 +47,7 @@ def encode(frame: Frame) -> bytes:
         (278, _LONG, [per_strip]),
         (279, _LONG, [len(s) for s in strips]),
     ]
-    if frame.dpi is not None:
+    if frame.dpi is not None and max(frame.dpi) < 1e6:
         for tag, dpi in zip((282, 283), frame.dpi, strict=True):
             fields.append((tag, _RATIONAL, [(round(dpi * 1000), 1000)]))
         fields.append((296, _SHORT, [2]))

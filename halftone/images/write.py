@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -89,9 +90,12 @@ def write_bytes(data: bytes, path: str | Path, *, overwrite: bool = True) -> Non
             if not target.is_file():  # a device or a pipe takes the bytes directly
                 target.write_bytes(data)
                 return
+            target = target.resolve()  # what a link points to is replaced, not the link
         temporary = target.with_name(f".halftone-{os.urandom(6).hex()}.part")
         with open(temporary, "xb") as file:
             file.write(data)
+        if target.exists():
+            temporary.chmod(stat.S_IMODE(target.stat().st_mode))
         if overwrite:
             os.replace(temporary, target)
             temporary = None

@@ -54,9 +54,8 @@ class Screen:
 
 def tiled(tile: np.ndarray, y: int, count: int, width: int) -> np.ndarray:
     """*tile* repeated: *count* rows from row *y* on, *width* columns from column 0."""
-    h, w = tile.shape
-    row = np.tile(tile, (1, -(-width // w)))[:, :width]
-    return np.ascontiguousarray(row[np.arange(y, y + count) % h])
+    rows = tile[np.arange(y, y + count) % tile.shape[0]]
+    return np.ascontiguousarray(np.tile(rows, (1, -(-width // tile.shape[1])))[:, :width])
 
 
 def from_ranks(ranks: ArrayLike, name: str, source: str = "") -> Screen:

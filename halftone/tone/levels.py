@@ -17,6 +17,12 @@ __all__ = ["LADDERS", "Levels"]
 LADDERS = ("N", "uniform-linear:N", "lstar:N", "log:I0:N", "Y0,Y1,…")
 """Text forms of levels; N is the number of levels, I0 the light of black, Y a measured luminance."""
 
+BUCKETS = 1024
+"""Entries of :meth:`Levels.buckets`."""
+
+CLOSEST = 1e-30
+"""Differing levels are at least this far apart: below, float32 cannot divide a step."""
+
 _ALLOWED = f"allowed: {', '.join(LADDERS)} (N = 2 … 256)"
 
 
@@ -55,6 +61,11 @@ class Levels:
         distinct, first = np.unique(luminance, return_index=True)
         if distinct.size < 2:
             raise UsageError(f"all levels have the luminance {values[0]:g}: no picture can be shown")
+        if np.diff(distinct).min() < CLOSEST:
+            raise UsageError(
+                f"two levels differ by {np.diff(distinct).min():g}; allowed: {CLOSEST:g} and more, "
+                "or equal ones. Leave one of them out"
+            )
         for name, array in (
             ("luminance", luminance),
             ("distinct", distinct),
@@ -109,6 +120,18 @@ class Levels:
         low, high = self.distinct[:-1], self.distinct[1:]
         middle = ((low.astype(np.float64) + high) / 2).astype(np.float32)
         return np.where(middle > low, middle, high)
+
+    def buckets(self) -> tuple[NDArray[np.uint8], float]:
+        """A table from darkest to lightest of the nearest level at the start of each bucket.
+
+        A kernel takes ⌊(v − darkest)·scale⌋ in float32 and walks up from there by
+        :meth:`middles`; a bucket starts one bucket early, which is more than any rounding of that
+        product. Returns the table and the scale.
+        """
+        darkest, lightest = self.darkest, self.lightest
+        scale = float(np.float32((BUCKETS - 1) / (lightest - darkest)))
+        edge = darkest + (np.arange(BUCKETS) - 1) / scale
+        return np.searchsorted(self.middles(), edge, side="right").astype(np.uint8), scale
 
     def srgb(self) -> NDArray[np.uint8]:
         """8-bit sRGB code of every level index, as a saved picture shows it."""

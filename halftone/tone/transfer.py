@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from halftone._arrays import shortest
 from halftone.errors import UsageError, near
 
 __all__ = ["ENCODINGS", "Encoding", "encoding", "intensity", "voltage"]
@@ -86,7 +87,7 @@ def voltage(intensity: ArrayLike, gamma: float, a: float = 1.0) -> Float:
 def check_gamma(gamma: Any) -> float:
     """*gamma* as a float within 0.01 … 100."""
     try:
-        value = float(gamma)
+        value = math.nan if "_" in str(gamma) else float(gamma)
     except (TypeError, ValueError):
         value = math.nan
     if not 0.01 <= value <= 100:
@@ -109,9 +110,7 @@ def _non_negative(values: ArrayLike, what: str) -> Float:
 
 def _power(text: str) -> Encoding:
     gamma = check_gamma(text)
-    short = f"{gamma:g}"
-    name = short if float(short) == gamma else repr(gamma)  # equal names, equal curves
-    return Encoding(f"gamma:{name}", lambda v: v**gamma, lambda v: v ** (1.0 / gamma))
+    return Encoding(f"gamma:{shortest(gamma)}", lambda v: v**gamma, lambda v: v ** (1.0 / gamma))
 
 
 def _odd(curve: Callable[[Float], Float], values: ArrayLike) -> Float:

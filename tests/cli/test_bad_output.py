@@ -131,8 +131,9 @@ def test_stdout_is_full(args: tuple[str, ...], gray: Path, tmp_path: Path) -> No
     assert "stdout" in line or "No space left" in line
 
 
-def test_a_link_is_replaced_and_its_target_kept(gray: Path, tmp_path: Path) -> None:
+def test_a_link_is_kept_and_its_target_replaced(gray: Path, tmp_path: Path) -> None:
     (tmp_path / "target").write_bytes(b"kept")
     (tmp_path / "out.png").symlink_to("target")
     assert run("convert", gray, tmp_path / "out.png").code == 0
-    assert (tmp_path / "target").read_bytes() == b"kept"
+    assert (tmp_path / "out.png").is_symlink()
+    assert (tmp_path / "target").read_bytes().startswith(b"\x89PNG")

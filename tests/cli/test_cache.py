@@ -95,9 +95,7 @@ def test_a_damaged_cache_is_made_anew(
 
 
 @pytest.mark.parametrize("kind", ["a file", "read-only"])
-def test_a_cache_that_cannot_be_written(
-    kind: str, gray: Path, expected: bytes, tmp_path: Path
-) -> None:
+def test_a_cache_that_cannot_be_written(kind: str, gray: Path, expected: bytes, tmp_path: Path) -> None:
     folder = tmp_path / "cache"
     if kind == "a file":
         folder.write_bytes(b"kept")

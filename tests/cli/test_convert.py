@@ -32,9 +32,7 @@ def _shown(gray: Path, tmp_path: Path, *args: str) -> np.ndarray:
         (("--brightness", "0.5", "--range", "scale"), LIGHT / LIGHT.max()),
     ],
 )
-def test_adjusts_light(
-    args: tuple[str, ...], light: np.ndarray, gray: Path, tmp_path: Path
-) -> None:
+def test_adjusts_light(args: tuple[str, ...], light: np.ndarray, gray: Path, tmp_path: Path) -> None:
     assert np.abs(_shown(gray, tmp_path, *args) - codes_of(light)).max() <= 0.51
 
 

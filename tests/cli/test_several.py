@@ -30,9 +30,7 @@ def test_one_file_each_in_the_folder(pictures: list[Path], tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("jobs", ["2", "0", "5"])
-def test_the_bytes_do_not_depend_on_the_jobs(
-    jobs: str, pictures: list[Path], tmp_path: Path
-) -> None:
+def test_the_bytes_do_not_depend_on_the_jobs(jobs: str, pictures: list[Path], tmp_path: Path) -> None:
     args = ("-l", "4", "-m", "jjn", "--width", "90")
     assert run("convert", *pictures, tmp_path / "1", *args).code == 0
     assert run("convert", *pictures, tmp_path / "n", *args, "-j", jobs).code == 0
@@ -55,9 +53,7 @@ def test_a_bad_one_is_named_and_the_others_are_converted(
 ) -> None:
     bad = tmp_path / "bad.png"
     bad.write_bytes(pictures[0].read_bytes()[:500])
-    line = run(
-        "convert", *pictures[:2], bad, *pictures[2:4], tmp_path / "out", "-j", jobs
-    ).complaint(3)
+    line = run("convert", *pictures[:2], bad, *pictures[2:4], tmp_path / "out", "-j", jobs).complaint(3)
     assert str(bad) in line
     names = sorted(p.name for p in (tmp_path / "out").iterdir())
     assert names == ["part0.png", "part1.png", "part2.png", "part3.png"]

@@ -106,9 +106,7 @@ def test_a_size_beyond_the_memory_limit(gray: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("args", [("--width", "600"), ("--size", "577x10"), ("--size", "x400")])
-def test_no_more_dots_than_the_device_has(
-    args: tuple[str, ...], gray: Path, tmp_path: Path
-) -> None:
+def test_no_more_dots_than_the_device_has(args: tuple[str, ...], gray: Path, tmp_path: Path) -> None:
     """x400 makes 683 dots across: a receipt printer has 576, and nothing is cropped silently."""
     out = tmp_path / "out.png"
     line = run("convert", gray, out, "-d", "receipt-80mm", "-q", *args).complaint(2)

@@ -122,6 +122,8 @@ def test_extreme_shapes(name, shape):
     ramp = np.linspace(0, 1, shape[0] * shape[1], dtype=np.float32).reshape(shape)
     frame = dither(ramp, name)
     assert frame.shape == shape
+    if name == "riemersma" or name.startswith("dots:"):
+        return  # these look ahead: along the curve of a strip, and to pixels of lower class
     # What comes later never changes the rows before it …
     rows = max(1, shape[0] * 2 // 3)
     np.testing.assert_array_equal(dither(ramp[:rows], name).indices, frame.indices[:rows])
@@ -139,6 +141,8 @@ def test_extreme_values(name, value):
     picture = np.full((9, 9), value, np.float32)
     picture[4, 4] = 0.5
     frame = dither(picture, name)
+    if name.startswith("dots:"):
+        return  # the middle pixel's error ends at a baron, wherever that is
     far = np.delete(frame.indices.ravel(), 40)
     assert set(np.unique(far)) == {1 if value > 0.5 else 0}
 

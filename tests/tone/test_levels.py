@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from halftone import UsageError
 from halftone.tone import Levels, encoding, log_ladder
+from halftone.tone.levels import CLOSEST
 from tests.oracle import tone as oracle
 from tests.strategies import ladders
 
@@ -142,6 +144,11 @@ def neighbours(draw: st.DrawFn) -> list[float]:
 
 @given(st.one_of(ladders(), neighbours()))
 def test_a_middle_is_above_the_lower_level_and_halfway(values):
+    gaps = np.diff(np.unique(np.float32(values)))
+    if gaps.size and gaps.min() < CLOSEST:
+        with pytest.raises(UsageError, match="differ by"):
+            Levels.of(values)
+        return
     levels = Levels.of(values)
     low, high = levels.distinct[:-1], levels.distinct[1:]
     middles = levels.middles()
