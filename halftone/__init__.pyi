@@ -6,8 +6,10 @@ from halftone.dithering.dots import DotDiffusion as DotDiffusion
 from halftone.dithering.filters import ErrorFilter as ErrorFilter
 from halftone.dithering.noise import RandomDither as RandomDither
 from halftone.dithering.ordered import Ordered as Ordered
+from halftone.dithering.patterns import Patterns as Patterns
 from halftone.dithering.registry import method as method
 from halftone.dithering.registry import methods as methods
+from halftone.dithering.screened import ClusteredDot as ClusteredDot
 from halftone.dithering.threshold import Nearest as Nearest
 from halftone.dithering.threshold import Threshold as Threshold
 from halftone.dithering.toned import ToneDiffusion as ToneDiffusion
@@ -21,6 +23,7 @@ from halftone.packing import Packing as Packing
 from halftone.pipeline import convert as convert
 from halftone.pipeline import dither as dither
 from halftone.pipeline import read as read
+from halftone.screens.family import PatternFamily as PatternFamily
 from halftone.screens.order import Screen as Screen
 from halftone.tone.levels import Levels as Levels
 

@@ -24,6 +24,7 @@ from halftone.frame import Frame
 from halftone.images.read import DEFAULT_LIMIT, Picture, read_picture
 from halftone.packing import Packing
 from halftone.tone import adjust
+from halftone.tone.ladder import visible_steps
 from halftone.tone.levels import Levels
 from halftone.tone.range import bring_into_range, check_rule
 from halftone.tone.transfer import encoding as find_encoding
@@ -352,7 +353,8 @@ def dithered(
             used,
             progress,
         )
-        entry.update(claim=str(method.claim), workers=used)
+        contours = visible_steps(levels.distinct)
+        entry.update(claim=str(method.claim), workers=used, visible_steps=contours)
     if method.needs == "numpy":
         report.leave_out("numba", f"'{method.text()}' needs no compiled code")
     if source.codes() is not None:

@@ -12,8 +12,11 @@ __all__ = ["ladders", "light", "method_names", "shapes", "texts"]
 shapes = st.tuples(st.integers(1, 40), st.integers(1, 40))
 """(M, N), from 1 × 1 on."""
 
-method_names = st.sampled_from([name for name in NAMES if name != "threshold"])
-"""Canonical names of the methods that work on any number of levels."""
+SAME_SIZE = [name for name in NAMES if NAMES[name] != "patterns" or name.startswith("growth")]
+"""Methods that give a pixel for every pixel."""
+
+method_names = st.sampled_from([name for name in SAME_SIZE if name != "threshold"])
+"""… and that work on any number of levels."""
 
 DIFFUSION = [name for name, family in NAMES.items() if family == "diffusion"]
 

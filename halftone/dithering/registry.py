@@ -68,11 +68,19 @@ _DIFFUSION = (
 )
 _BAYER = (2, 4, 8, 16)
 
+_MAPS = (
+    "checks", "o2x2", "o3x3", "o4x4", "o8x8", "h4x4a", "h6x6a", "h8x8a", "h4x4o", "h6x6o", "h8x8o",
+    "h16x16o", "c5x5b", "c5x5w", "c6x6b", "c6x6w", "c7x7b", "c7x7w", "cluster3", "cluster4", "cluster8",
+)  # fmt: skip
+
 NAMES: dict[str, str] = {
     "none": "none",
     "threshold": "threshold",
     "random": "random",
     **{f"bayer{n}": "bayer" for n in _BAYER},
+    **dict.fromkeys(("blue-noise", "screen:round@45:8px", *_MAPS), "screened"),
+    **dict.fromkeys(("patterns:classic2", "patterns:classic3", "patterns:4", "patterns:8"), "patterns"),
+    "growth:8": "patterns",
     **dict.fromkeys(_DIFFUSION, "diffusion"),
     **dict.fromkeys(("ostromoukhov", "zhou-fang"), "toned"),
     "riemersma": "curve",
@@ -101,13 +109,18 @@ ALIASES = {
     "mese8": "dots:mese8",
     "mese16": "dots:mese16",
     **{f"bayer{n}x{n}": f"bayer{n}" for n in _BAYER},
-    **{f"o{n}x{n}": f"bayer{n}" for n in _BAYER},
+    "bluenoise": "blue-noise",
+    "void-and-cluster": "blue-noise",
+    "classic2": "patterns:classic2",
+    "classic3": "patterns:classic3",
     **{f"ordered:bayer{n}": f"bayer{n}" for n in _BAYER},
 }
 
 
 _PREFIXES = {
     "dots": ("dots", "DotDiffusion"),
+    "patterns": ("patterns", "Patterns"),
+    "growth": ("patterns", "grown"),
 }
 """Names with a text of their own after the colon: module and maker, which takes that text."""
 
@@ -135,17 +148,22 @@ def method(spec: str | Method, **options: Any) -> Method:
 
 
 def _prefixed(spec: str) -> Method | None:
-    """The method of a name such as ``dots:…``; what follows keeps its case."""
-    canonical = _canonical(spec)
-    head, _, rest = (spec if canonical.lower() == spec.lower() else canonical).partition(":")
-    if _key(head.strip().lower()) not in _PREFIXES or not rest:
+    """The method of a name whose family reads what follows it, which keeps its case."""
+    head, colon, rest = spec.strip().partition(":")
+    named = _forms().get(_key(spec.lower())) or _forms().get(_key(head.lower()), head)
+    text = named if named == _forms().get(_key(spec.lower())) else f"{named}{colon}{rest}"
+    head, _, rest = text.partition(":")
+    key = _key(head.lower())
+    found: Method
+    if key in _SCREEN_KEYS or (NAMES.get(head) == "bayer" and "dot=" in rest):
+        found = import_module("halftone.dithering.screened").screened(text)
+        return found
+    if key not in _PREFIXES:
         return None
-    module, maker = _PREFIXES[_key(head.strip().lower())]
+    module, maker = _PREFIXES[key]
     rest, _, strength = rest.partition(":strength=")
-    made = getattr(import_module(f"halftone.dithering.{module}"), maker)(rest.strip())
-    options = {"strength": _number(float, strength, spec)} if strength else {}
-    found: Method = made.with_options(**options)
-    return found
+    found = getattr(import_module(f"halftone.dithering.{module}"), maker)(rest.strip())
+    return found.with_options(strength=_number(float, strength, spec)) if strength else found
 
 
 def _canonical(spec: str) -> str:
@@ -166,6 +184,9 @@ def _forms() -> dict[str, str]:
 
 def _key(name: str) -> str:
     return "".join(c for c in name if c not in "-_ ")
+
+
+_SCREEN_KEYS = {_key(name) for name in ("blue-noise", "mask", "screen", *_MAPS)}
 
 
 def _make(spec: str, name: str, parts: list[str]) -> Method:

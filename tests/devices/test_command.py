@@ -93,9 +93,7 @@ def test_a_foreign_module_is_one_too(picture: Path, tmp_path: Path) -> None:
     assert "devices.py" in run(*args, env={"PYTHONPATH": str(tmp_path)}).complaint(1)
 
 
-def test_a_foreign_package_that_does_not_even_load(
-    picture: Path, foreign: str, tmp_path: Path
-) -> None:
+def test_a_foreign_package_that_does_not_even_load(picture: Path, foreign: str, tmp_path: Path) -> None:
     (Path(foreign) / "devices" / "__init__.py").write_text("import no_such_module_at_all\n")
     args = ("convert", picture, tmp_path / "out.png", "-d", "generic-1bit")
     assert "'devices'" in run(*args, env={"PYTHONPATH": foreign}).complaint(1)

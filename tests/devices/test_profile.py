@@ -194,9 +194,7 @@ def test_a_mistake_in_a_value_is_named_with_its_place(text: str, word: str, tmp_
     assert "made" in message, "nothing says which profile"
 
 
-@pytest.mark.parametrize(
-    ("text", "word"), [("", "title and provenance"), ('title = "x"', "provenance")]
-)
+@pytest.mark.parametrize(("text", "word"), [("", "title and provenance"), ('title = "x"', "provenance")])
 def test_what_is_missing_is_named(text: str, word: str, tmp_path: Path) -> None:
     path = tmp_path / "made.toml"
     path.write_text(text)

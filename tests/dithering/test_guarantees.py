@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 import halftone.recipe
 from halftone import dither, method, methods
 from halftone.dithering.registry import NAMES
-from tests.strategies import DIFFUSION, ladders, light, method_names, texts
+from tests.strategies import DIFFUSION, SAME_SIZE, ladders, light, method_names, texts
 
-ALL = sorted(NAMES)
+ALL = sorted(SAME_SIZE)
 
 
 def shown(picture, name, levels) -> float:
@@ -183,3 +183,17 @@ def test_a_picture_and_its_complement_by_noise_and_order_differ_only_in_ties(cam
     for name in ("bayer8", "random", "none"):
         dots = dither(light, name).indices.mean() + dither(1 - light, name).indices.mean()
         assert abs(dots - 1) < 0.02
+
+
+def test_the_registry_names_what_the_families_have():
+    """Names are written out in the registry, so that no family is loaded to list them."""
+    from halftone.dithering import FILTERS
+    from halftone.dithering.classes import CLASSES
+    from halftone.dithering.screened import NAMES as SCREENS
+    from halftone.dithering.toned import TABLES
+
+    assert {n for n, family in NAMES.items() if family == "diffusion"} == set(FILTERS)
+    assert {n for n, family in NAMES.items() if family == "toned"} == set(TABLES)
+    assert {n for n in NAMES if n.startswith("dots:")} == {f"dots:{c}" for c in CLASSES}
+    listed = {n.split(":")[0] for n, family in NAMES.items() if family == "screened"}
+    assert listed == set(SCREENS) - {"mask"}

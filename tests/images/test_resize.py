@@ -78,9 +78,7 @@ def test_contain_shows_all_and_only_the_background_around(
 
 
 @given(lengths, lengths, st.integers(1, 90), st.integers(1, 90), aspects)
-def test_cover_fills_the_size(
-    rows: int, columns: int, width: int, height: int, aspect: float
-) -> None:
+def test_cover_fills_the_size(rows: int, columns: int, width: int, height: int, aspect: float) -> None:
     placed = place(_constant(rows, columns, 1.0, False), width, height, "cover", 0.0, aspect)
     assert placed.shape == (height, width)
     assert placed.min() > 1 - 1e-6

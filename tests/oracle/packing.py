@@ -7,9 +7,7 @@ from collections.abc import Sequence
 __all__ = ["pack_row", "unpack_row"]
 
 
-def pack_row(
-    indices: Sequence[int], bits: int, order: str, codes: Sequence[int] | None
-) -> list[int]:
+def pack_row(indices: Sequence[int], bits: int, order: str, codes: Sequence[int] | None) -> list[int]:
     """Bytes of one row of level indices; *order* is where the leftmost pixel lies, msb or lsb."""
     per_byte = 8 // bits
     packed = []
