@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 
-from halftone.errors import UsageError
+from halftone._arrays import whole
 
 __all__ = ["bands", "count_workers", "for_each_band"]
 
@@ -14,9 +14,7 @@ Progress = Callable[[float], None]
 
 def count_workers(workers: int) -> int:
     """*workers*, with 0 for one per processor this process may use."""
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 0:
-        raise UsageError(f"workers={workers!r}; allowed: 1, 2, … or 0 for one per processor")
-    return workers or len(os.sched_getaffinity(0))
+    return whole("workers", workers, 0, 1 << 16) or len(os.sched_getaffinity(0))
 
 
 def bands(height: int, rows: int) -> Iterator[tuple[int, int]]:

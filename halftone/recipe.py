@@ -128,7 +128,7 @@ class Recipe:
         spec = self._spec(ladder)
         for name, value in (("width", self.width), ("height", self.height)):
             if value is not None:
-                whole(name, value, 1, 1 << 62)
+                object.__setattr__(self, name, whole(name, value, 1, 1 << 62))
         if self.encoding is not None:
             find_encoding(self.encoding)
         if self.fit is not None:

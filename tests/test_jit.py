@@ -144,3 +144,19 @@ def test_a_wrong_argument_is_refused_before_the_call():
         made(codes.astype(np.int64), np.zeros_like(codes), *rest)
     with pytest.raises(TypeError, match="u1"):
         made(codes[:, ::2], np.zeros((4, 4), np.uint8), *rest)
+
+
+def test_numbas_own_dispatcher_serves_where_object_code_cannot(monkeypatch):
+    """Read-only arrays are a type of their own to numba: the tables of levels are such."""
+    from halftone import dither
+    from halftone._jit import Kernel
+
+    picture = np.linspace(0, 1, 35 * 41, dtype=np.float32).reshape(35, 41)
+    picture.flags.writeable = False
+    expected = dither(picture, "stucki", levels=5)
+    monkeypatch.setattr(_objects, "build", lambda kernel, ir: None)
+    monkeypatch.setattr(_objects, "read", lambda kernel: None)
+    fresh = Kernel(_diffusion_kernels.diffuse_light.python, _diffusion_kernels.diffuse_light.signature)
+    monkeypatch.setattr(_diffusion_kernels, "diffuse_light", fresh)
+    np.testing.assert_array_equal(dither(picture, "stucki", levels=5), expected)
+    assert fresh.origin == "numba"

@@ -345,3 +345,64 @@ def test_regions_keep_text_free_of_dots(camera):
             dither(light, "fs", regions=[(bad, "threshold")])
     with pytest.raises(UsageError, match="two levels"):
         dither(light, "fs", levels=3, regions=[(mask, "threshold")])
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint8, np.uint32])
+def test_numpy_integers_are_integers(kind):
+    light = np.random.default_rng(0).random((9, 9))
+    expected = dither(light, "random:triangular", seed=7)
+    np.testing.assert_array_equal(dither(light, "random:triangular", seed=kind(7)), expected)
+    assert convert(light, width=kind(5), workers=kind(2)).shape == (5, 5)
+    for bad in (7.0, True, "7"):
+        with pytest.raises(UsageError, match="seed"):
+            dither(light, "random", seed=bad)
+    for bad in (5.5, float("nan"), "abc", 0, True):
+        with pytest.raises(UsageError, match="width"):
+            convert(light, width=bad)
+
+
+def test_an_option_that_is_given_counts_even_where_it_is_the_default():
+    light = np.full((9, 9), 0.4)
+    assert dither(light, "random:seed=7", seed=0).method == "random"
+    assert dither(light, "fs:strength=0.5", strength=1).method == "floyd-steinberg"
+    for options in ({"seed": 0}, {"strength": 1}, {"serpentine": False}):
+        with pytest.raises(UsageError, match="does not apply"):
+            dither(light, "none", **options)
+    with pytest.raises(UsageError, match="both a width and a height"):
+        convert(light, width=5, fit="cover")
+
+
+@pytest.mark.parametrize("side", [255, 256, 300])
+@pytest.mark.parametrize("levels", [2, 3])
+def test_screens_of_more_than_65535_thresholds(side, levels):
+    from halftone import Ordered
+    from halftone.screens import from_ranks
+
+    order = np.random.default_rng(1).permutation(side * side).reshape(side, side)
+    method = Ordered(from_ranks(order, "own"))
+    codes = np.random.default_rng(2).integers(0, 256, (64, 64)).astype(np.uint8)
+    light = encoding("srgb").table(256)[codes]
+    expected = dither(light, method, levels=levels)
+    np.testing.assert_array_equal(dither(codes, method, levels=levels), expected)
+    white = dither(np.full((32, 32), 255, np.uint8), method, levels=levels)
+    assert (white.indices == levels - 1).all()
+
+
+def test_a_pil_image_with_a_transparent_key_is_refused():
+    image = Image.new("L", (4, 4), 77)
+    image.info["transparency"] = 77
+    with pytest.raises(InputError, match="alpha"):
+        dither(image)
+
+
+def test_text_forms_keep_all_digits():
+    for text in (
+        "fs:strength=0.123456789",
+        "bayer8:strength=0.3333333333333333",
+        "ed:7.1234567,3,5,0.8/16",
+    ):
+        made = halftone.method(text)
+        assert halftone.method(made.text()) == made
+    assert halftone.method("fs : raster").text() == "floyd-steinberg:raster"
+    with pytest.raises(UsageError):
+        halftone.method("fs:strength=1_0")

@@ -5,20 +5,23 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from halftone.errors import UsageError
+
 __all__ = ["arguments", "run"]
 
-_WHAT = ("methods", "devices", "encodings", "levels")
+_WHAT = ("methods", "devices", "screens", "encodings", "levels")
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", choices=_WHAT, metavar="|".join(_WHAT))
+    parser.add_argument("--dpi", type=float, metavar="D", help="of the device, for screens (203)")
     parser.add_argument("--json", action="store_true", help="as JSON")
 
 
 def run(options: argparse.Namespace) -> int:
-    rows = {"methods": _methods, "devices": _devices, "encodings": _encodings, "levels": _levels}[
-        options.what
-    ]()
+    if options.dpi is not None and options.what != "screens":
+        raise UsageError(f"--dpi does not apply to list {options.what}; it goes with list screens")
+    rows = _screens(options.dpi) if options.what == "screens" else _TABLES[options.what]()
     if options.json:
         import json
 
@@ -29,6 +32,26 @@ def run(options: argparse.Namespace) -> int:
     for line in table:
         print("  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip())
     return 0
+
+
+def _screens(dpi: float | None) -> list[dict[str, Any]]:
+    """Which rulings a device can show with how many tones, at 45°."""
+    from halftone.screens.clustered import rulings
+
+    given = 203.2 if dpi is None else dpi
+    rows = [
+        {
+            "lpi": f"{row.lpi:g}",
+            "pixels a cell": f"{row.pixels:.1f}",
+            "tones": row.tones,
+            "with supercells": row.supercell_tones,
+            "method": f"screen:round@45:{row.lpi:g}lpi",
+        }
+        for row in rulings(given)
+    ]
+    if not rows:
+        raise UsageError(f"{given:g} dpi can show no customary ruling; allowed: about 60 dpi and more")
+    return rows
 
 
 def _methods() -> list[dict[str, Any]]:
@@ -88,3 +111,11 @@ def _levels() -> list[dict[str, Any]]:
         },
         {"levels": "Y0,Y1,…", "meaning": "measured luminances, darkest first, 1 = white"},
     ]
+
+
+_TABLES = {
+    "methods": _methods,
+    "devices": _devices,
+    "encodings": _encodings,
+    "levels": _levels,
+}

@@ -137,3 +137,11 @@ def test_a_link_is_kept_and_its_target_replaced(gray: Path, tmp_path: Path) -> N
     assert run("convert", gray, tmp_path / "out.png").code == 0
     assert (tmp_path / "out.png").is_symlink()
     assert (tmp_path / "target").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_mode_of_a_file_that_is_replaced_stays(gray: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.png"
+    out.write_bytes(b"")
+    out.chmod(0o600)
+    assert run("convert", gray, out).code == 0
+    assert out.stat().st_mode & 0o777 == 0o600

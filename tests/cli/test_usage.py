@@ -92,3 +92,27 @@ def test_a_dark_ladder_is_noted_in_one_line(gray: Path, tmp_path: Path) -> None:
 
 def test_a_long_name_of_a_device_is_an_unknown_one(gray: Path, tmp_path: Path) -> None:
     run("convert", gray, tmp_path / "out.png", "-d", "x" * 300).complaint(4)
+
+
+def test_options_may_stand_between_inputs(gray: Path, tmp_path: Path) -> None:
+    twin = tmp_path / "twin.png"
+    twin.write_bytes(gray.read_bytes())
+    out = tmp_path / "out"
+    result = run("convert", gray, "-m", "fs", twin, "--width", "9", f"{out}/")
+    assert (result.code, result.err) == (0, "")
+    assert sorted(p.name for p in out.iterdir()) == sorted([gray.name, "twin.png"])
+
+
+def test_a_default_that_is_given_counts(gray: Path, tmp_path: Path) -> None:
+    args = ("convert", gray, tmp_path / "o.png", "-m", "none")
+    assert "does not apply" in run(*args, "--seed", "0").complaint(2)
+    assert "does not apply" in run(*args, "--strength", "1").complaint(2)
+    assert "width and a height" in run(*args, "--width", "5", "--fit", "cover").complaint(2)
+
+
+def test_list_screens() -> None:
+    result = run("list", "screens", "--dpi", "203")
+    assert result.code == 0
+    assert "screen:round@45:60lpi" in result.text
+    run("list", "screens", "--dpi", "3").complaint(2)
+    run("list", "methods", "--dpi", "203").complaint(2)
