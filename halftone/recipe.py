@@ -169,7 +169,8 @@ class Recipe:
         """*picture*, as :func:`halftone.convert` takes it, as a frame."""
         report = Report()
         source = check_finite(self._source(picture, report), self.nonfinite)
-        source = self._placed(source, report)
+        width, height = self._target(source)
+        source = self._placed(source, (width, height), report)
         if self.auto_levels or self._steps:
             with report.stage("adjust"):
                 if self.auto_levels:
@@ -190,6 +191,9 @@ class Recipe:
             dpi,
         )
         packing = None if self.profile is None else self.profile.packing
+        if frame.shape != (height, width):  # patterns at the right and bottom rim
+            indices = np.ascontiguousarray(frame.indices[:height, :width])
+            frame = replace(frame, indices=indices)
         return replace(frame, packing=packing)
 
     def _adjustments(self) -> tuple[Callable[[Light], Light], ...]:
@@ -211,38 +215,49 @@ class Recipe:
             entry.update(size=size, type=str(read.pixels.dtype))
         return light_of(read, self.encoding, self._paper, report)
 
-    def _placed(self, source: Source, report: Report) -> Source:
-        """The picture at the size asked for, or at the device's."""
-        from halftone.images.resize import place, target_size
+    def _target(self, source: Source) -> tuple[int, int]:
+        """(width, height) in dots: what was asked for, or the device's, or the picture's own."""
+        from halftone.images.resize import target_size
 
         rows, columns = source.shape
-        wanted, aspect = (self.width, self.height), 1.0
-        if self.profile is not None:
-            if self.profile.dpi is not None:
-                aspect = self.profile.dpi[0] / self.profile.dpi[1]
-            if wanted == (None, None):
-                wanted = (self.profile.width, self.profile.height)
-        width, height = target_size(rows, columns, *wanted, aspect)
+        width, height = target_size(rows, columns, *self._wanted(), self._aspect())
         self._check_size(width, height)
-        held = source.pixels.nbytes + (0 if source.cover is None else source.cover.nbytes)
+        need = source.pixels.nbytes + (0 if source.cover is None else source.cover.nbytes)
         if (width, height) != (columns, rows):
-            held += 12 * rows * columns  # light, Pillow's copy, and between its two passes
-        need = held + 12 * width * height
+            need += 12 * rows * columns  # light, Pillow's copy, and between its two passes
+        need += 12 * width * height
         check_memory(need, self.max_memory, f"the size {width} × {height}")
-        # A method that shows each pixel as n × n takes a picture n times smaller.
+        return width, height
+
+    def _wanted(self) -> tuple[int | None, int | None]:
+        if self.width is None and self.height is None and self.profile is not None:
+            return self.profile.width, self.profile.height
+        return self.width, self.height
+
+    def _aspect(self) -> float:
+        dpi = None if self.profile is None else self.profile.dpi
+        return 1.0 if dpi is None else dpi[0] / dpi[1]
+
+    def _placed(self, source: Source, target: tuple[int, int], report: Report) -> Source:
+        """The picture at the target size; n times smaller, rounded up, for n × n patterns."""
+        from halftone.images.resize import place
+
         scale = self._method.scale
-        width, height = max(1, width // scale), max(1, height // scale)
+        width, height = (-(-side // scale) for side in target)
+        rows, columns = source.shape
         if (width, height) == (columns, rows):
             report.leave_out("resize", "the picture has the size asked for")
             return source
-        with report.stage("resize", fit=self.fit or "contain", size=[width, height]):
+        # A size that follows from the picture is its shape but for rounding: no margin for that.
+        fit = self.fit or ("stretch" if None in self._wanted() else "contain")
+        with report.stage("resize", fit=fit, size=[width, height]):
             light = np.empty((rows, columns), np.float32)
             for start, stop in bands(rows, BAND_ROWS):
                 light[start:stop] = source.band(start, stop)
-            placed = place(light, width, height, self.fit or "contain", self._paper, aspect)
+            placed = place(light, width, height, fit, self._paper, self._aspect())
         if self.profile is not None:
             report.notes.append(
-                f"the picture of {columns} × {rows} was scaled to {width} × {height} for "
+                f"the picture of {columns} × {rows} was scaled to {target[0]} × {target[1]} for "
                 f"'{self.profile.name}'"
             )
         return Source(np.ascontiguousarray(placed))

@@ -406,3 +406,13 @@ def test_text_forms_keep_all_digits():
     assert halftone.method("fs : raster").text() == "floyd-steinberg:raster"
     with pytest.raises(UsageError):
         halftone.method("fs:strength=1_0")
+
+
+@pytest.mark.parametrize("method", ["patterns:classic2", "patterns:classic3", "patterns:8"])
+def test_patterns_fill_the_size_that_was_asked_for(method, photograph):
+    device = profile.load("epaper-4gray")
+    assert convert(photograph, method=method, profile=device).shape == (300, 400)
+    assert convert(photograph, method=method, width=101).shape == (67, 101)
+    assert convert(photograph, method=method).shape == (300, 451)
+    n = halftone.method(method).scale
+    assert dither(np.zeros((5, 7)), method).shape == (5 * n, 7 * n)
