@@ -16,18 +16,8 @@ from halftone.dithering.registry import method as find_method
 from halftone.errors import UsageError
 from halftone.frame import Frame
 from halftone.images.read import DEFAULT_LIMIT, read_picture
-from halftone.recipe import (
-    DEFAULT_METHOD,
-    Profile,
-    Recipe,
-    Report,
-    background_light,
-    configured,
-    decoded,
-    dithered,
-    light_of,
-    response,
-)
+from halftone.recipe import DEFAULT_METHOD, Profile, Recipe, configured, response
+from halftone.stages import Report, background_light, decoded, dithered, light_of
 from halftone.tone.levels import Levels
 
 __all__ = ["check_method", "convert", "dither", "read"]

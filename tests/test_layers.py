@@ -19,8 +19,9 @@ ARROWS = {
     "metrics": CELLAR | {"vision", "tone", "screens", "dithering"},
     "frame": CELLAR | {"packing", "tone", "images"},
     "images": CELLAR | {"packing", "tone"},
-    "recipe": CELLAR | LOW | {"images", "screens", "dithering", "frame"},
-    "pipeline": CELLAR | {"recipe"} | LOW | {"images", "screens", "dithering", "frame"},
+    "stages": CELLAR | LOW | {"images", "dithering", "frame"},
+    "recipe": CELLAR | LOW | {"images", "dithering", "frame", "stages"},
+    "pipeline": CELLAR | {"recipe", "stages"} | LOW | {"images", "screens", "dithering", "frame"},
     "devices": {"errors", "tone", "vision", "packing", "images", "pipeline", "frame"},
 }
 # Third-party packages: only inside functions, only in these files.

@@ -162,7 +162,7 @@ def _one(task: _Task, options: argparse.Namespace, recipe: Any, bar: Any) -> dic
 
 def _write(frame: Any, task: _Task, options: argparse.Namespace, limit: int) -> int:
     from halftone.images import write
-    from halftone.recipe import check_memory
+    from halftone.stages import check_memory
 
     size = 4 * frame.indices.size * options.upscale**2  # indices, packed, compressed
     check_memory(size, limit, f"every pixel as {options.upscale} × {options.upscale}")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import halftone.recipe
+import halftone.stages
 from halftone import dither, method, methods
 from halftone.dithering.registry import NAMES
 from tests.strategies import DIFFUSION, SAME_SIZE, ladders, light, method_names, texts
@@ -95,14 +95,14 @@ def test_tones_rise_with_the_light(name):
 @given(texts, light(-0.5, 1.5), ladders(), st.integers(1, 30))
 def test_bands_give_the_whole(name, picture, levels, rows):
     whole = dither(picture, name, levels=levels)
-    kept = halftone.recipe.BAND_ROWS
+    kept = halftone.stages.BAND_ROWS
     try:
-        halftone.recipe.BAND_ROWS = rows
+        halftone.stages.BAND_ROWS = rows
         for workers in (1, 3):
             again = dither(picture, name, levels=levels, workers=workers)
             np.testing.assert_array_equal(again, whole)
     finally:
-        halftone.recipe.BAND_ROWS = kept
+        halftone.stages.BAND_ROWS = kept
 
 
 @given(texts, light(), ladders())

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import halftone.recipe
+import halftone.stages
 from halftone import UsageError, convert, dither
 from halftone.dithering.patterns import Patterns, borders
 from halftone.screens.family import PatternFamily
@@ -102,14 +102,14 @@ def test_the_picture_shrinks_to_what_the_device_has_dots_for(camera, n, side):
 @given(light(), ladders(), families, st.integers(1, 30))
 def test_bands_give_the_whole(picture, levels, family, rows):
     whole = dither(picture, Patterns(family), levels=levels)
-    kept = halftone.recipe.BAND_ROWS
+    kept = halftone.stages.BAND_ROWS
     try:
-        halftone.recipe.BAND_ROWS = rows
+        halftone.stages.BAND_ROWS = rows
         for workers in (1, 3):
             again = dither(picture, Patterns(family), levels=levels, workers=workers)
             np.testing.assert_array_equal(again, whole)
     finally:
-        halftone.recipe.BAND_ROWS = kept
+        halftone.stages.BAND_ROWS = kept
 
 
 @given(

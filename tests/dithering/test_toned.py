@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import halftone.recipe
+import halftone.stages
 from halftone import ErrorDiffusion, UsageError, dither, method
 from halftone.dithering import FILTERS
 from halftone.dithering.curve import Riemersma, hilbert
@@ -134,12 +134,12 @@ def test_a_cold_start_has_voids():
 )
 def test_warm_bands_give_the_whole(picture, levels, rows, name):
     whole = dither(picture, name, levels=levels)
-    kept = halftone.recipe.BAND_ROWS
+    kept = halftone.stages.BAND_ROWS
     try:
-        halftone.recipe.BAND_ROWS = rows
+        halftone.stages.BAND_ROWS = rows
         np.testing.assert_array_equal(dither(picture, name, levels=levels), whole)
     finally:
-        halftone.recipe.BAND_ROWS = kept
+        halftone.stages.BAND_ROWS = kept
 
 
 @given(light(), ladders())
