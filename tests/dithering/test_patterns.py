@@ -95,8 +95,13 @@ def test_the_patterns_are_the_familys():
 def test_the_picture_shrinks_to_what_the_device_has_dots_for(camera, n, side):
     method = Patterns(grow(n))
     frame = convert(camera, method=method, width=512, height=512)
-    assert frame.shape == (side * n, side * n)
+    assert frame.shape == (512, 512)
     assert method.scale == n
+    # side² whole patterns; a rim that holds no whole one shows the parts that fit
+    assert 512 // n == side
+    resized = next(s for s in frame.report["stages"] if s["stage"] == "resize")
+    assert resized["size"] == [-(-512 // n)] * 2
+    assert dither(camera[:side, :side], method).shape == (side * n, side * n)
 
 
 @given(light(), ladders(), families, st.integers(1, 30))
