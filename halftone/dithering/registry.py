@@ -149,10 +149,13 @@ def method(spec: str | Method, **options: Any) -> Method:
 
 def _prefixed(spec: str) -> Method | None:
     """The method of a name whose family reads what follows it, which keeps its case."""
-    head, colon, rest = spec.strip().partition(":")
-    named = _forms().get(_key(spec.lower())) or _forms().get(_key(head.lower()), head)
-    text = named if named == _forms().get(_key(spec.lower())) else f"{named}{colon}{rest}"
-    head, _, rest = text.partition(":")
+    text = spec.strip()
+    head, colon, rest = text.partition(":")
+    if not (rest and _key(head.lower()) in {*_PREFIXES, *_SCREEN_KEYS}):
+        # an alias, of the whole (ordered:bayer8) or of the name before its options (knuth:…)
+        whole = _forms().get(_key(text.lower()))
+        text = whole or f"{_forms().get(_key(head.lower()), head)}{colon}{rest}"
+        head, _, rest = text.partition(":")
     key = _key(head.lower())
     found: Method
     if key in _SCREEN_KEYS or (NAMES.get(head) == "bayer" and "dot=" in rest):

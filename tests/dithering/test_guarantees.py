@@ -197,3 +197,37 @@ def test_the_registry_names_what_the_families_have():
     assert {n for n in NAMES if n.startswith("dots:")} == {f"dots:{c}" for c in CLASSES}
     listed = {n.split(":")[0] for n, family in NAMES.items() if family == "screened"}
     assert listed == set(SCREENS) - {"mask"}
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("dots", "dots:64"),
+        ("knuth", "dots:knuth"),
+        ("Knuth:strength=0.5", "dots:knuth:strength=0.5"),
+        ("DOTS : mese16", "dots:mese16"),
+        ("void-and-cluster", "blue-noise"),
+        ("Blue Noise", "blue-noise"),
+        ("bluenoise:8x8:seed=2", "blue-noise:8x8:seed=2"),
+        ("classic2", "patterns:classic2"),
+        ("Patterns:8", "patterns:8"),
+        ("ordered:bayer8:strength=0.5", "bayer8:strength=0.5"),
+        ("hilbert", "riemersma"),
+        ("O4X4", "o4x4"),
+    ],
+)
+def test_names_that_mean_the_same(text, meant):
+    assert method(text).text() == method(meant).text()
+
+
+@pytest.mark.parametrize(
+    "text",
+    """dots:knut dots: screen: mask: patterns: patterns:17 patterns:1 growth:x screen:round@45
+    screen:rond@45:8px blue-noise:0x8 mask:none.png : h4x4a:3 fs:wram""".split(),
+)
+def test_names_that_mean_nothing(text):
+    from halftone import UsageError
+
+    with pytest.raises(UsageError) as caught:
+        method(text)
+    assert "64:knut" not in str(caught.value)
