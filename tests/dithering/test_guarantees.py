@@ -222,8 +222,23 @@ def test_names_that_mean_the_same(text, meant):
 
 @pytest.mark.parametrize(
     "text",
-    """dots:knut dots: screen: mask: patterns: patterns:17 patterns:1 growth:x screen:round@45
-    screen:rond@45:8px blue-noise:0x8 mask:none.png : h4x4a:3 fs:wram""".split(),
+    [
+        "dots:knut",
+        "dots:",
+        "screen:",
+        "mask:",
+        "patterns:",
+        "patterns:17",
+        "patterns:1",
+        "growth:x",
+        "screen:round@45",
+        "screen:rond@45:8px",
+        "blue-noise:0x8",
+        "mask:none.png",
+        ":",
+        "h4x4a:3",
+        "fs:wram",
+    ],
 )
 def test_names_that_mean_nothing(text):
     from halftone import UsageError
