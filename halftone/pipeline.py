@@ -101,6 +101,7 @@ def dither(
         part = dithered(source, other, ladder, range, nonfinite, workers, None, Report())
         where = mask.repeat(chosen.scale, axis=0).repeat(chosen.scale, axis=1)
         np.copyto(frame.indices, part.indices, where=where)
+        frame.report["notes"].append(f"{int(mask.sum())} pixels in a region by '{other.text()}'")
     return frame
 
 

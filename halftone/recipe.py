@@ -137,6 +137,11 @@ class Recipe:
         own = None if self.profile is None else self.profile.method
         return self.method or own or DEFAULT_METHOD
 
+    @property
+    def ladder(self) -> Levels:
+        """The levels of the device."""
+        return self._ladder
+
     def convert(self, picture: Any, progress: Progress | None = None) -> Frame:
         """*picture*, as :func:`halftone.convert` takes it, as a frame."""
         report = Report()
@@ -198,6 +203,7 @@ class Recipe:
         if (width, height) != (columns, rows):
             need += 12 * rows * columns  # light, Pillow's copy, and between its two passes
         need += 12 * width * height
+        need += 80 * BAND_ROWS * width  # what a method keeps of a band
         check_memory(need, self.max_memory, f"the size {width} × {height}")
         return width, height
 
@@ -211,13 +217,13 @@ class Recipe:
         return 1.0 if dpi is None else dpi[0] / dpi[1]
 
     def _placed(self, source: Source, target: tuple[int, int], report: Report) -> Source:
-        """The picture at the target size; n times smaller, rounded up, for n × n patterns."""
-        from halftone.images.resize import place
+        """The picture at the target size, or its cells, n × n dots each, for n × n patterns."""
+        from halftone.images.resize import cells, place
 
         scale = self._method.scale
-        width, height = (-(-side // scale) for side in target)
+        width, height = target
         rows, columns = source.shape
-        if (width, height) == (columns, rows):
+        if (width, height) == (columns, rows) and scale == 1:
             report.leave_out("resize", "the picture has the size asked for")
             return source
         # A size that follows from the picture is its shape but for rounding: no margin for that.
@@ -227,7 +233,8 @@ class Recipe:
             for start, stop in bands(rows, BAND_ROWS):
                 light[start:stop] = source.band(start, stop)
             placed = place(light, width, height, fit, self._paper, self._aspect())
-        if self.profile is not None:
+            placed = cells(placed, scale)
+        if self.profile is not None and (width, height) != (columns, rows):
             report.notes.append(
                 f"the picture of {columns} × {rows} was scaled to {target[0]} × {target[1]} for "
                 f"'{self.profile.name}'"

@@ -416,3 +416,35 @@ def test_patterns_fill_the_size_that_was_asked_for(method, photograph):
     assert convert(photograph, method=method).shape == (300, 451)
     n = halftone.method(method).scale
     assert dither(np.zeros((5, 7)), method).shape == (5 * n, 7 * n)
+
+
+@pytest.mark.parametrize("n", [2, 3, 8, 16])
+@pytest.mark.parametrize("size", [(100, 100), (50, 50), (33, 17), (9, 9)])
+def test_patterns_show_the_whole_picture(n, size):
+    """The right quarter is black: as many black dots, but for the cell at its border."""
+    picture = np.ones((100, 100), np.float32)
+    picture[:, 75:] = 0
+    frame = convert(picture, method=f"patterns:{n}", width=size[0], height=size[1], fit="stretch")
+    assert frame.shape == size[::-1]
+    black = 1 - frame.indices.mean()
+    assert abs(black - 0.25) <= n / size[0]
+    if size[0] >= 8 * n:  # the last cell is black for sure
+        assert (frame.indices[:, -1] == 0).all()
+
+
+def test_strange_values_are_usage_errors():
+    light = np.full((4, 4), 0.3)
+    for options in (
+        {"strength": "1"},
+        {"serpentine": "no"},
+        {"method": "riemersma:memory=2.5"},
+        {"method": "fs:raster:serpentine"},
+        {"method": "fs:strength=.5:strength=.7"},
+        {"method": "threshold:0.3:0.5"},
+    ):
+        with pytest.raises(UsageError):
+            dither(light, **options)
+    assert halftone.Threshold(np.float32(0.3)).halftoner is not None
+    assert halftone.method("BAYER8:DOT=2") == halftone.method("bayer8:dot=2")
+    made = halftone.Riemersma(memory=np.int64(3), decay=np.float64(0.5))
+    assert halftone.method(made.text()) == made

@@ -6,6 +6,7 @@ import argparse
 import errno
 import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -72,6 +73,7 @@ def _run(arguments: list[str]) -> int:
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
     for name, purpose in _COMMANDS.items():
         sub = subparsers.add_parser(name, help=purpose, description=purpose, allow_abbrev=False)
+        sub._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf)")  # -1e-1 is a number too
         if name == command:  # only the one that is run says what it takes
             module = import_module(f"halftone.cli.{'listing' if name == 'list' else name}")
             module.arguments(sub)

@@ -96,6 +96,7 @@ def run(options: argparse.Namespace) -> int:
     *options.inputs, options.output = options.paths
     recipe = _recipe(options)
     tasks = _tasks(options)
+    _check_levels(recipe, tasks, options)
     jobs = count_workers(options.jobs)
     with quiet_libraries(), Bar(len(tasks), shown=not options.quiet) as bar:
         results = _all(tasks, jobs, lambda task: _one(task, options, recipe, bar), bar.stop)
@@ -112,6 +113,19 @@ def run(options: argparse.Namespace) -> int:
         stream = sys.stderr if options.output == "-" else sys.stdout
         print(json.dumps({"pictures": results, "failed": len(failed)}, indent=1), file=stream)
     return max((r["exit_code"] for r in failed), default=0)
+
+
+def _check_levels(recipe: Any, tasks: list[_Task], options: argparse.Namespace) -> None:
+    """Say before any work that a PBM cannot hold the levels."""
+    from halftone.errors import UsageError
+    from halftone.images.write import format_of
+
+    if len(recipe.ladder) > 2 and not options.preview:
+        for task in tasks:
+            if format_of(task.target, options.format) == "pbm":
+                raise UsageError(
+                    f"PBM holds 2 levels and the device has {len(recipe.ladder)}; use PGM or PNG"
+                )
 
 
 def _all(

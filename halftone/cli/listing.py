@@ -50,7 +50,7 @@ def _screens(dpi: float | None) -> list[dict[str, Any]]:
         for row in rulings(given)
     ]
     if not rows:
-        raise UsageError(f"{given:g} dpi can show no customary ruling; allowed: about 60 dpi and more")
+        raise UsageError(f"{given:g} dpi can show no customary ruling; allowed: about 40 … 12,000")
     return rows
 
 

@@ -12,7 +12,7 @@ from halftone._arrays import Source
 from halftone.errors import UsageError
 from halftone.tone.levels import Levels
 
-__all__ = ["EXACT", "NO_CLAIM", "Claim", "Halftoner", "Job", "Method", "check_strength"]
+__all__ = ["EXACT", "NO_CLAIM", "Claim", "Halftoner", "Job", "Method", "check_flags", "check_strength"]
 
 
 @dataclass(frozen=True)
@@ -112,5 +112,12 @@ class Method:
 
 def check_strength(strength: float) -> None:
     """Refuse a strength outside 0 … 1: above 1 errors grow without bound."""
-    if not 0 <= strength <= 1:
+    if not isinstance(strength, int | float | np.number) or not 0 <= strength <= 1:
         raise UsageError(f"strength={strength!r}; allowed: 0 (nearest level) … 1 (full)")
+
+
+def check_flags(**flags: Any) -> None:
+    """Refuse what is neither true nor false."""
+    for name, value in flags.items():
+        if not isinstance(value, bool | np.bool_):
+            raise UsageError(f"{name}={value!r}; allowed: True or False")

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from halftone._arrays import shortest, whole
 from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
 from halftone.errors import UsageError
 
@@ -39,8 +40,7 @@ class Riemersma(Method):
 
     def __post_init__(self) -> None:
         check_strength(self.strength)
-        if isinstance(self.memory, bool) or not 1 <= self.memory <= 256:
-            raise UsageError(f"memory={self.memory!r}; allowed: 1 … 256 errors")
+        object.__setattr__(self, "memory", whole("memory", self.memory, 1, 256))
         if not 0 < self.decay <= 1:
             raise UsageError(f"decay={self.decay!r}; allowed: above 0, up to 1")
 
@@ -56,7 +56,7 @@ class Riemersma(Method):
         parts = ["riemersma"]
         for name, value in (("memory", 4), ("decay", 1 / 8), ("strength", 1.0)):
             if getattr(self, name) != value:
-                parts.append(f"{name}={getattr(self, name)!r}")
+                parts.append(f"{name}={shortest(getattr(self, name))}")
         return ":".join(parts)
 
     def weights(self) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_strength
+from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_flags, check_strength
 from halftone.dithering.filters import FILTERS, ErrorFilter
 from halftone.dithering.modulation import Modulation
 from halftone.dithering.toned import Taps, Toned, enhanced_side, started, text_of
@@ -54,6 +54,7 @@ class ErrorDiffusion(Method):
                 raise UsageError(near(self.filter, FILTERS, "error filter"))
             object.__setattr__(self, "filter", FILTERS[self.filter])
         check_strength(self.strength)
+        check_flags(serpentine=self.serpentine, from_right=self.from_right)
         check_start(self.start)
         modulation = Modulation(self.noise, self.edges, self.seed)
         if self.seed and modulation.reach < 0 and self.start == "cold":

@@ -34,6 +34,10 @@ class Modulation:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if not all(
+            isinstance(v, int | float | np.number | np.ndarray) for v in (self.noise, self.edges)
+        ):
+            raise UsageError(f"noise={self.noise!r}, edges={self.edges!r}; allowed: numbers")
         if not np.all((np.asarray(self.noise) >= 0) & (np.asarray(self.noise) <= 1)):
             raise UsageError(f"noise={self.noise!r}; allowed: 0 … 1, as a share of a step")
         if not -MAX_EDGES <= self.edges <= MAX_EDGES:

@@ -158,7 +158,10 @@ def _prefixed(spec: str) -> Method | None:
         head, _, rest = text.partition(":")
     key = _key(head.lower())
     found: Method
-    if key in _SCREEN_KEYS or (NAMES.get(head) == "bayer" and "dot=" in rest):
+    name, *parts = _canonical(spec).split(":")
+    if NAMES.get(name) == "bayer" and any(part.startswith("dot=") for part in parts):
+        text, key = ":".join((name, *parts)), next(iter(_SCREEN_KEYS))
+    if key in _SCREEN_KEYS:
         found = import_module("halftone.dithering.screened").screened(text)
         return found
     if key not in _PREFIXES:
@@ -203,6 +206,9 @@ def _make(spec: str, name: str, parts: list[str]) -> Method:
     options: dict[str, Any] = {}
     for part in parts:
         key, _, value = part.partition("=")
+        given = set(family.words.get(part, {key if key in family.numbers else family.bare: None}))
+        if given & set(options):
+            raise UsageError(f"'{part}' in the method '{spec}' says again what was said before it")
         if part in family.words:
             options |= family.words[part]
         elif key in family.numbers and value:

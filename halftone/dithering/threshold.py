@@ -78,7 +78,9 @@ class Threshold(Method):
     at: float | str = MIDDLE
 
     def __post_init__(self) -> None:
-        if self.at != "otsu" and not (isinstance(self.at, int | float) and 0 < np.float32(self.at) < 1):
+        if self.at != "otsu" and not (
+            isinstance(self.at, int | float | np.floating) and 0 < np.float32(self.at) < 1
+        ):
             raise UsageError(f"threshold:{self.at}; allowed: above 0 and below 1, or otsu")
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halftone._arrays import shortest
-from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_strength
+from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_flags, check_strength
 from halftone.dithering.filters import ErrorFilter
 from halftone.dithering.modulation import Decisions, Modulation
 from halftone.dithering.warm import Warm, check_start
@@ -54,6 +54,7 @@ class ToneDiffusion(Method):
         if self.name not in TABLES:
             raise UsageError(near(self.name, TABLES, "table of weights"))
         check_strength(self.strength)
+        check_flags(serpentine=self.serpentine, from_right=self.from_right)
         check_start(self.start)
         Modulation(self.noise, self.edges, self.seed)
         drawn = self.name == "zhou-fang"
@@ -137,7 +138,7 @@ class Toned:
 
 def enhanced_side(side: int, edges: float) -> int:
     """Side from which on tones are exact with edge enhancement: errors grow with its strength."""
-    return side if not edges else -(-int(side * (1 + 1.1 * abs(edges))) // 32) * 32
+    return side if not edges else -(-int(side * (1 + 1.6 * abs(edges))) // 32) * 32
 
 
 def started(method: Any, job: Job, make: Any) -> Halftoner:

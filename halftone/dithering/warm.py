@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import Codes, Light, Source
+from halftone._arrays import BAND_ROWS, Codes, Light, Source
 from halftone.dithering.base import Job
 from halftone.dithering.noise import uniform_noise
 from halftone.errors import UsageError
@@ -48,15 +48,33 @@ class Warm:
         first = wide.band(0, 1)
         low = np.searchsorted(distinct[1:-1], first, side="right")
         noise = uniform_noise(seed, 0, 1, self.width) - np.float32(0.5)
-        self.inner.carry[:1] = noise * (distinct[low + 1] - distinct[low])
+        self.inner.carry[:1] = noise * _payable(first, low, distinct)
         self.next = -ROWS
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
-        first = min(start, self.next)
-        rows = np.empty((stop - first, self.width), np.uint8)
-        self.inner.band(first + ROWS, stop + ROWS, rows)
-        out[:] = rows[start - first :, COLUMNS:-COLUMNS]
+        while self.next < start:  # the rows before the picture, a few at a time
+            after = min(self.next + BAND_ROWS, start)
+            self._rows(self.next, after)
+        out[:] = self._rows(start, stop)[:, COLUMNS:-COLUMNS]
+
+    def _rows(self, start: int, stop: int) -> NDArray[np.uint8]:
+        rows = np.empty((stop - start, self.width), np.uint8)
+        self.inner.band(start + ROWS, stop + ROWS, rows)
         self.next = stop
+        return rows
+
+
+def _payable(light: Light, low: NDArray[np.intp], distinct: Light) -> Light:
+    """The widest carry that the levels around can pay: the narrowest step beside the light's own.
+
+    0 where the light is a level, which then stays.
+    """
+    steps = np.diff(distinct)
+    around = np.minimum(
+        steps, np.minimum(np.append(steps[1:], steps[-1]), np.append(steps[0], steps[:-1]))
+    )
+    on_level = (light == distinct[low]) | (light == distinct[low + 1])
+    return np.where(on_level, np.float32(0), around[low])
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from halftone._arrays import Light
 from halftone.errors import UsageError
 
-__all__ = ["FITS", "parse_size", "place", "resize", "target_size"]
+__all__ = ["FITS", "cells", "parse_size", "place", "resize", "target_size"]
 
 FITS = {
     "contain": "the whole picture, over the background where its shape differs",
@@ -95,6 +95,17 @@ def place(
     keep_columns = min(columns, max(1, round(width * columns / inner[0])))
     y, x = (rows - keep_rows) // 2, (columns - keep_columns) // 2
     return resize(light[y : y + keep_rows, x : x + keep_columns], width, height)
+
+
+def cells(light: Light, n: int) -> Light:
+    """Mean light of blocks of n × n pixels; those at the right and bottom rim repeat the edge."""
+    if n == 1:
+        return light
+    rows, columns = light.shape
+    wide = np.pad(light, ((0, -rows % n), (0, -columns % n)), mode="edge")
+    blocks = wide.reshape(wide.shape[0] // n, n, wide.shape[1] // n, n)
+    means: Light = blocks.mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
+    return means
 
 
 def check_fit(fit: str) -> None:

@@ -15,9 +15,9 @@ WINDOW = 128
 def periodogram(patch: ArrayLike, window: int = WINDOW) -> NDArray[np.float64]:
     """Mean of |DFT|²/N over disjoint windows of a patch (M, N), each less its mean, no taper."""
     dots = np.asarray(patch, np.float64)
-    rows, columns = (side // window for side in dots.shape)
-    if dots.ndim != 2 or rows == 0 or columns == 0:
+    if dots.ndim != 2 or window < 1 or min(dots.shape) < window:
         raise InputError(f"a patch of shape {dots.shape}; allowed: at least {window} × {window}")
+    rows, columns = (side // window for side in dots.shape)
     tiles = dots[: rows * window, : columns * window].reshape(rows, window, columns, window)
     blocks = tiles.transpose(0, 2, 1, 3).reshape(-1, window, window)
     centred = blocks - blocks.mean(axis=(1, 2), keepdims=True)

@@ -41,7 +41,7 @@ def blue_noise_ranks(height: int, width: int, seed: int = 0, sigma: float = SIGM
     cluster, all other pixels upwards by filling the largest void. (Ulichney's third phase, the
     tightest cluster of holes, is the largest void again: the energies of both sum to a constant.)
 
-    height, width : 1 … 512. seed : 0 … 2⁶⁴−1. sigma : of the Gaussian, 0.5 … 8 pixels.
+    height, width : 1 … 512. seed : 0 … 2⁶⁴−1. sigma : of the Gaussian, 0.5 … 4 pixels.
     """
     _check(height, width, seed, sigma)
     gauss, reach = gaussian(height, width, sigma)
@@ -167,5 +167,5 @@ def _check(height: int, width: int, seed: int, sigma: float) -> None:
             raise UsageError(f"blue-noise of {what} {side!r}; allowed: 1, 2, … {LARGEST}")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 64:
         raise UsageError(f"blue-noise with seed={seed!r}; allowed: 0 … 2^64 − 1")
-    if not 0.5 <= sigma <= 8:
-        raise UsageError(f"blue-noise with sigma={sigma!r}; allowed: 0.5 … 8 pixels")
+    if not 0.5 <= sigma <= 4:
+        raise UsageError(f"blue-noise with sigma={sigma!r}; allowed: 0.5 … 4 pixels")

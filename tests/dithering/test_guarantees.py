@@ -48,14 +48,18 @@ def test_threshold_keeps_two_levels(name):
 def test_exact_claims_at_256_tones(name, scan):
     chosen = method(name + scan)
     side = chosen.claim.side
-    for k in range(256):
-        tone = np.float32(k / 255)
+    for k in [
+        *(k / 255 for k in range(256)),
+        *(k / 64 for k in range(65)),
+        *(k / 48 for k in range(49)),
+    ]:
+        tone = np.float32(k)
         assert abs(shown(np.full((side, side), tone), chosen, 2) - tone) <= 0.5 / 255, k
 
 
 def test_the_integer_kernel_is_exact_too():
     for k in range(256):
-        frame = dither(np.full((192, 192), k, np.uint8), "fs", encoding="linear")
+        frame = dither(np.full((256, 256), k, np.uint8), "fs", encoding="linear")
         assert abs(frame.indices.mean() - k / 255) <= 0.5 / 255, k
 
 

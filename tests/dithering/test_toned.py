@@ -187,3 +187,25 @@ def test_noise_breaks_the_checkerboard():
 def test_options_that_are_wrong(text):
     with pytest.raises(UsageError):
         method(text)
+
+
+@pytest.mark.parametrize("levels", [[0.3, 0.3001, 0.9], [0.3, 0.30001, 0.9], [0, 0.001, 0.5, 0.51, 1]])
+@pytest.mark.parametrize("name", ["fs:warm", "false-floyd-steinberg:warm", "ostromoukhov:warm"])
+def test_a_warm_start_keeps_levels_beside_narrow_steps(name, levels):
+    values = np.float32(levels)
+    for i, value in enumerate(values):
+        for width in (1, 9, 41):
+            frame = dither(np.full((37, width), value), name, levels=levels)
+            assert (frame.indices == i).all()
+    blocks = np.kron(np.float32([[0, 1, 0, 1]]), np.ones((30, 100), np.float32)) * values[-1]
+    blocks = np.maximum(blocks, values[0])
+    shown = dither(blocks, name, levels=levels).luminance
+    np.testing.assert_array_equal(shown, blocks)
+
+
+@pytest.mark.parametrize("edges", [-10, -3, 2, 10])
+def test_claims_with_edge_enhancement(edges):
+    made = method(f"fs:edges={edges}")
+    for tone in (1 / 16, 0.25, 28 / 255, 0.5, 227 / 255):
+        patch = np.full((made.claim.side, made.claim.side), tone, np.float32)
+        assert abs(dither(patch, made).luminance.mean(dtype=np.float64) - np.float32(tone)) <= 0.5 / 255

@@ -233,7 +233,7 @@ def test_names_are_loose():
         ("blue-noise:seed=x", "not a number"),
         ("blue-noise:seed=-1", "2\\^64"),
         ("blue-noise:seed=1_0", "not a number"),
-        ("blue-noise:sigma=nan", "0.5 … 8"),
+        ("blue-noise:sigma=nan", "0.5 … 4"),
         ("blue-noise:green", "unknown"),
         ("bayer8:dot=", "not a number"),
         ("bayer8:dot=0x2", "1 … 16"),
