@@ -71,3 +71,14 @@ def test_patches_that_are_too_small():
         periodogram(np.zeros((64, 512)))
     with pytest.raises(InputError):
         tonal_peak(np.zeros((128, 128)), 0)
+
+
+def test_gates_of_our_own_screen_and_class_matrix(camera):
+    """Every level is in the benchmark; here the worst ones found there, and some others."""
+    codes = camera / 255
+    assert hpsnr(dither(codes, "blue-noise").luminance, codes) >= 31.4
+    assert hpsnr(dither(codes, "dots:64").luminance, codes) >= 34.5
+    for tone in (4, 8, 32, 64, 85, 100, 127, 128, 170, 200, 247, 251):
+        patch = np.full((512, 512), tone / 255, np.float32)
+        assert tonal_peak(dither(patch, "blue-noise").indices, tone / 255) < 10, tone
+        assert tonal_peak(dither(patch, "dots:64").indices, tone / 255) < 100, tone
