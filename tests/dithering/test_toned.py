@@ -142,19 +142,27 @@ def test_warm_bands_give_the_whole(picture, levels, rows, name):
         halftone.stages.BAND_ROWS = kept
 
 
-@given(light(), ladders())
-def test_a_warm_start_is_diffusion_over_mirrored_margins(picture, levels):
-    """With carries that are known, the margins are nothing but more picture."""
-    from halftone.dithering.warm import COLUMNS, ROWS
+@given(light(), ladders(), st.booleans())
+def test_a_warm_start_is_diffusion_over_mirrored_margins(picture, levels, serpentine):
+    """The margins are nothing but more picture, and the first carries are known."""
+    from halftone._arrays import Source
+    from halftone.dithering.base import Job
+    from halftone.dithering.noise import uniform_noise
+    from halftone.dithering.warm import COLUMNS, ROWS, _payable
+    from halftone.tone import Levels
 
-    rows = np.pad(picture, ((0, 0), (COLUMNS, COLUMNS)), mode="symmetric")
-    top = np.pad(rows, ((ROWS, 0), (0, 0)), mode="symmetric")
-    frame = dither(picture, "fs:warm", levels=levels)
-    assert frame.shape == picture.shape
-    flat = np.unique(picture).size == 1 and picture[0, 0] in np.float32(levels)
-    if flat:
-        assert np.unique(frame.indices).size <= 2
-    assert top.shape == (picture.shape[0] + ROWS, picture.shape[1] + 2 * COLUMNS)
+    ladder = Levels.of(levels)
+    wide = np.pad(picture, ((ROWS, 0), (COLUMNS, COLUMNS)), mode="symmetric")
+    wide = np.clip(wide, ladder.distinct[0], ladder.distinct[-1])
+    cold = ErrorDiffusion("floyd-steinberg", serpentine).halftoner(Job(Source(wide), ladder))
+    low = np.searchsorted(ladder.distinct[1:-1], wide[:1], side="right")
+    noise = uniform_noise(0, 0, 1, wide.shape[1]) - np.float32(0.5)
+    cold.carry[:1] = noise * _payable(wide[:1], low, ladder.distinct)
+    expected = np.empty(wide.shape, np.uint8)
+    cold.band(0, wide.shape[0], expected)
+    made = ErrorDiffusion("floyd-steinberg", serpentine, start="warm")
+    frame = dither(picture, made, levels=levels)
+    np.testing.assert_array_equal(frame, expected[ROWS:, COLUMNS:-COLUMNS])
 
 
 def test_edge_enhancement_sharpens_and_keeps_the_mean():
