@@ -45,3 +45,27 @@ def diffuse(
         share[y, x] = f32(error * f32(strength / total)) if total else f32(0)
         kept[y, x] = f32(0) if total else error
     return out, kept
+
+
+def diffuse_flats(classes: np.ndarray, tones: np.ndarray) -> np.ndarray:
+    """Level indices 0 and 1 of one tile that goes on for ever, (places, tones)."""
+    h, w = classes.shape
+    lit = np.zeros((classes.size, tones.size), np.uint8)
+    around = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
+    for t, tone in enumerate(tones):
+        share = np.zeros((h, w), np.float32)
+        for place in np.argsort(classes, axis=None):
+            y, x = divmod(int(place), w)
+            value, total = np.float32(tone), 0
+            for dy, dx in around:
+                other = (y + dy) % h, (x + dx) % w
+                part = 1 if dy and dx else 2
+                if classes[other] < classes[y, x]:
+                    value = np.float32(value + np.float32(np.float32(part) * share[other]))
+                elif classes[other] > classes[y, x]:
+                    total += part
+            lit[place, t] = value >= np.float32(0.5)
+            error = np.float32(value - np.float32(lit[place, t]))
+            rest = np.float32(1 / total) if total else np.float32(0)
+            share[y, x] = np.float32(error * rest)
+    return lit
