@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halftone._arrays import BAND_ROWS, Light, as_pixels
+from halftone._arrays import BAND_ROWS, Light, as_pixels, check_finite
 from halftone._parallel import bands
 from halftone.dithering.base import Method
 from halftone.dithering.registry import method as find_method
@@ -90,15 +90,15 @@ def dither(
     chosen = configured(method, serpentine, strength, seed)
     ladder = Levels.of(levels, response(gamma))
     chosen.check(ladder)
-    source = decoded(as_pixels(image), encoding)
+    source = check_finite(decoded(as_pixels(image), encoding), nonfinite)
     others = [(_mask(mask, source.shape), find_method(spec)) for mask, spec in regions]
     for _, other in others:
         other.check(ladder)
         if other.scale != chosen.scale:
             raise UsageError(f"'{other.text()}' and '{chosen.text()}' give pictures of other sizes")
-    frame = dithered(source, chosen, ladder, range, nonfinite, workers, progress, Report())
+    frame = dithered(source, chosen, ladder, range, workers, progress, Report())
     for mask, other in others:
-        part = dithered(source, other, ladder, range, nonfinite, workers, None, Report())
+        part = dithered(source, other, ladder, range, workers, None, Report())
         where = mask.repeat(chosen.scale, axis=0).repeat(chosen.scale, axis=1)
         np.copyto(frame.indices, part.indices, where=where)
         frame.report["notes"].append(f"{int(mask.sum())} pixels in a region by '{other.text()}'")

@@ -161,7 +161,6 @@ class Recipe:
             self._method,
             self._ladder,
             self.range,
-            self.nonfinite,
             self.workers,
             progress,
             report,

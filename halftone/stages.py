@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from halftone._arrays import BAND_ROWS, Source, check_finite
+from halftone._arrays import BAND_ROWS, Source
 from halftone._parallel import bands, count_workers, for_each_band
 from halftone.dithering.base import Job, Method
 from halftone.errors import InputError, UsageError
@@ -111,15 +111,13 @@ def dithered(
     method: Method,
     levels: Levels,
     rule: str,
-    nonfinite: str,
     workers: int,
     progress: Progress | None,
     report: Report,
     dpi: tuple[float, float] | None = None,
 ) -> Frame:
-    """Light to level indices."""
+    """Finite light to level indices."""
     workers = count_workers(workers)
-    source = check_finite(source, nonfinite)
     source = bring_into_range(source, levels.darkest, levels.lightest, rule)
     height, width = source.shape
     scale = method.scale

@@ -302,7 +302,8 @@ def test_strange_values_are_usage_errors():
     ):
         with pytest.raises(UsageError):
             dither(light, **options)
-    assert halftone.Threshold(np.float32(0.3)).halftoner is not None
+    at = halftone.Threshold(np.float32(0.3))
+    assert dither(np.array([[0.2, 0.31]]), at).indices.tolist() == [[0, 1]]
     assert halftone.method("BAYER8:DOT=2") == halftone.method("bayer8:dot=2")
     made = halftone.Riemersma(memory=np.int64(3), decay=np.float64(0.5))
     assert halftone.method(made.text()) == made

@@ -159,9 +159,10 @@ def _prefixed(spec: str) -> Method | None:
     key = _key(head.lower())
     found: Method
     name, *parts = _canonical(spec).split(":")
-    if NAMES.get(name) == "bayer" and any(part.startswith("dot=") for part in parts):
-        text, key = ":".join((name, *parts)), next(iter(_SCREEN_KEYS))
-    if key in _SCREEN_KEYS:
+    blown_up = NAMES.get(name) == "bayer" and any(part.startswith("dot=") for part in parts)
+    if blown_up:
+        text = ":".join((name, *parts))
+    if blown_up or key in _SCREEN_KEYS:
         found = import_module("halftone.dithering.screened").screened(text)
         return found
     if key not in _PREFIXES:

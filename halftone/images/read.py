@@ -38,14 +38,13 @@ class Picture:
 
     pixels : (M, N) or (M, N, 3), integer codes or floats. alpha : (M, N) of the same type, or
     None. premultiplied : whether the pixels are already weighted by alpha, in light.
-    encoding : what the codes mean, as the file says. dpi : as the file says, or None.
+    encoding : what the codes mean, as the file says.
     """
 
     pixels: NDArray[Any]
     alpha: NDArray[Any] | None
     premultiplied: bool
     encoding: str
-    dpi: tuple[float, float] | None
     name: str
 
 
@@ -171,7 +170,6 @@ def _picture(pixels: NDArray[Any], spec: Any, name: str, format_name: str) -> Pi
         alpha=alpha,
         premultiplied=premultiplied,
         encoding=_encoding(spec, body.dtype),
-        dpi=_dpi(spec),
         name=name,
     )
 
@@ -189,18 +187,6 @@ def _encoding(spec: Any, dtype: np.dtype[Any]) -> str:
     if space[:1] == "g" and space[1:3].isdigit():
         return f"gamma:{int(space[1:3]) / 10}"
     return "srgb"
-
-
-def _dpi(spec: Any) -> tuple[float, float] | None:
-    unit = spec.get_string_attribute("ResolutionUnit", "none").lower()
-    scale = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(unit)
-    across = spec.get_float_attribute("XResolution", 0.0)
-    down = spec.get_float_attribute("YResolution", 0.0)
-    if scale is None or across <= 0 or down <= 0:
-        return None
-    if spec.get_int_attribute("Orientation", 1) >= 5:  # turned by a quarter
-        across, down = down, across
-    return across * scale, down * scale
 
 
 def _divided(codes: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:

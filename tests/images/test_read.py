@@ -58,36 +58,6 @@ def test_floats_are_light(kind: str, type: str, tmp_path: Path) -> None:
     assert np.abs(read.pixels[:, :, 0] - light_of(CODES)).max() < 0.005
 
 
-@pytest.mark.parametrize("kind", ["png", "tif", "jpg"])
-def test_dpi(kind: str, tmp_path: Path) -> None:
-    path = tmp_path / f"in.{kind}"
-    Image.fromarray(CODES).save(path, dpi=(300, 150))
-    assert read_picture(path).dpi == pytest.approx((300, 150), abs=0.02)
-
-
-def test_dpi_per_centimetre(tmp_path: Path) -> None:
-    path = tmp_path / "in.tif"
-    Image.fromarray(CODES).save(path, resolution_unit=3, x_resolution=100, y_resolution=50)
-    assert read_picture(path).dpi == pytest.approx((254, 127))
-
-
-def test_dpi_unknown(tmp_path: Path) -> None:
-    assert read_picture(_png(tmp_path / "in.png")).dpi is None
-    shape_only = chunk(b"pHYs", struct.pack(">IIB", 3, 2, 0))
-    assert read_picture(_png(tmp_path / "in.png", shape_only)).dpi is None
-
-
-@pytest.mark.parametrize("orientation", range(1, 9))
-def test_dpi_turns_with_the_picture(orientation: int, tmp_path: Path) -> None:
-    """Orientations 5 to 8 exchange across and down."""
-    path = tmp_path / "in.tif"
-    Image.fromarray(CODES).save(path, dpi=(300, 150), tiffinfo={274: orientation})
-    read = read_picture(path)
-    turned = orientation >= 5
-    assert read.pixels.shape == (CODES.T if turned else CODES).shape
-    assert read.dpi == pytest.approx((150, 300) if turned else (300, 150))
-
-
 def test_orientation_by_hand(tmp_path: Path) -> None:
     """TIFF 6.0, tag 274: where row 0 and column 0 of the file lie in the upright picture."""
     corners = {1: (0, 0), 2: (0, -1), 3: (-1, -1), 4: (-1, 0)}
