@@ -10,12 +10,15 @@ from typing import Any
 __version__ = "0.1.0"
 
 _PUBLIC = {
+    "Bands": "halftone.frame",
     "Frame": "halftone.frame",
     "Levels": "halftone.tone.levels",
     "Packing": "halftone.packing",
     "convert": "halftone.pipeline",
+    "convert_bands": "halftone.pipeline",
     "dither": "halftone.pipeline",
     "read": "halftone.pipeline",
+    "render": "halftone.scene.public",
     "method": "halftone.dithering",
     "methods": "halftone.dithering",
     "ClassMatrix": "halftone.dithering",

@@ -18,11 +18,14 @@ from halftone.errors import InputError as InputError
 from halftone.errors import InputFileError as InputFileError
 from halftone.errors import OutputError as OutputError
 from halftone.errors import UsageError as UsageError
+from halftone.frame import Bands as Bands
 from halftone.frame import Frame as Frame
 from halftone.packing import Packing as Packing
 from halftone.pipeline import convert as convert
+from halftone.pipeline import convert_bands as convert_bands
 from halftone.pipeline import dither as dither
 from halftone.pipeline import read as read
+from halftone.scene.public import render as render
 from halftone.screens.family import PatternFamily as PatternFamily
 from halftone.screens.order import Screen as Screen
 from halftone.tone.levels import Levels as Levels

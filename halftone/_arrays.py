@@ -9,7 +9,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ __all__ = [
     "BAND_ROWS",
     "LUMINANCE",
     "Light",
+    "PixelRows",
+    "Pixels",
     "Source",
     "as_pixels",
     "check_finite",
@@ -32,6 +34,23 @@ __all__ = [
 
 Light = NDArray[np.float32]
 Codes = NDArray[Any]
+
+
+class PixelRows(Protocol):
+    """What bands of rows need of an array: rows, which are read or made when they are asked for."""
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+    @property
+    def ndim(self) -> int: ...
+    @property
+    def dtype(self) -> np.dtype[Any]: ...
+    @property
+    def nbytes(self) -> int: ...
+    def __getitem__(self, rows: slice, /) -> Codes: ...
+
+
+Pixels = Codes | PixelRows
 
 BAND_ROWS = 64
 """Rows handled at a time: small enough for the cache, large enough to hide the call."""
@@ -97,24 +116,27 @@ class Source:
     """A gray or RGB picture that gives linear light.
 
     pixels : (M, N) or (M, N, 3), float32 light, or codes that *table* decodes.
+    They are an array, or rows of a file that are read when they are asked for.
     table : float32 light of every code, or None where pixels are light already.
+    decode : light of rows of pixels, of which the first has the number given; instead of a table.
     cover : alpha as stored, (M, N), or None. Light lies over *paper* by it, and is weighted by it
     already where *premultiplied* says so.
     steps : functions applied to the light of each band, in order (range, brightness, …).
     """
 
-    pixels: Codes
+    pixels: Pixels
     table: Light | None = None
-    cover: Codes | None = None
+    cover: Pixels | None = None
     paper: float = 1.0
     premultiplied: bool = False
     steps: tuple[Callable[[Light], Light], ...] = ()
+    decode: Callable[[Codes, int], Light] | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
         return self.pixels.shape[0], self.pixels.shape[1]
 
-    def codes(self) -> tuple[Codes, Light] | None:
+    def codes(self) -> tuple[Pixels, Light] | None:
         """Codes of shape (M, N) with the light of each, all steps applied; None if light varies."""
         if self.table is None or self.pixels.ndim != 2 or self.cover is not None:
             return None
@@ -138,7 +160,10 @@ class Source:
     def colours(self, start: int, stop: int) -> Light:
         """Light of rows start … stop−1 over the paper, gray or RGB as the picture is, no steps."""
         rows = self.pixels[start:stop]
-        light = rows if self.table is None else np.take(self.table, rows)
+        if self.table is not None:
+            light = np.take(self.table, rows)
+        else:
+            light = rows if self.decode is None else self.decode(rows, start)
         if self.cover is None:
             return light
         cover = share(self.cover[start:stop])
@@ -166,7 +191,7 @@ def share(codes: Codes) -> Light:
 
 
 def check_finite(source: Source, policy: str) -> Source:
-    """*source* without NaN and infinity, by *policy*.
+    """*source* without NaN and infinity, by *policy*, whenever its rows are asked for.
 
     ``error`` refuses them and names the first; ``clip`` makes NaN black and ±inf the lightest and
     the darkest light a float32 holds, which the range rule then brings to white and black.
@@ -174,22 +199,28 @@ def check_finite(source: Source, policy: str) -> Source:
     check_policy(policy)
     if source.pixels.dtype.kind != "f":
         return source
-    for start in range(0, source.shape[0], BAND_ROWS):
-        finite = np.isfinite(source.pixels[start : start + BAND_ROWS])
-        if finite.all():
-            continue
-        if policy == "clip":
-            limit = float(np.finfo(np.float32).max)
-            light = np.nan_to_num(source.pixels, nan=0.0, posinf=limit, neginf=-limit)
-            return replace(source, pixels=light)
-        row, column = (int(i) for i in np.argwhere(~finite)[0][:2])
-        value = source.pixels[start + row, column]
-        raise InputError(
-            f"the picture holds NaN or infinity: {value} at row {start + row}, column {column}; "
-            "allowed: finite light. Give nonfinite='clip' (--nonfinite clip) to show NaN as black "
-            "and infinite light as white"
-        )
-    return source
+    tidy = _clipped if policy == "clip" else _refused
+    decode = source.decode
+    if decode is None:
+        return replace(source, decode=tidy)
+    return replace(source, decode=lambda rows, start: tidy(decode(rows, start), start))
+
+
+def _clipped(light: Light, start: int) -> Light:
+    limit = float(np.finfo(np.float32).max)
+    return np.nan_to_num(light, nan=0.0, posinf=limit, neginf=-limit)
+
+
+def _refused(light: Light, start: int) -> Light:
+    finite = np.isfinite(light)
+    if finite.all():
+        return light
+    row, column = (int(i) for i in np.argwhere(~finite)[0][:2])
+    raise InputError(
+        f"the picture holds NaN or infinity: {light[row, column]} at row {start + row}, "
+        f"column {column}; allowed: finite light. Give nonfinite='clip' (--nonfinite clip) to show "
+        "NaN as black and infinite light as white"
+    )
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:

@@ -19,10 +19,11 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["TYPES", "Kernel", "kernel", "kernels"]
+__all__ = ["TYPES", "Kernel", "kernel", "kernels", "part"]
 
 TYPES = {
     "u1": ("uint8", "i8"),
+    "i2": ("int16", "i16"),
     "i4": ("int32", "i32"),
     "i8": ("int64", "i64"),
     "f4": ("float32", "float"),
@@ -30,18 +31,28 @@ TYPES = {
 }
 """Element types of a signature: NumPy's and numba's name, and LLVM's."""
 _REGISTRY: list[Kernel] = []
+_PARTS: list[Callable[..., Any]] = []
 _LOCK = threading.Lock()
 
 
-def kernel(signature: str) -> Callable[[Callable[..., None]], Kernel]:
-    """Mark a function as a kernel with one *signature*: u1, i4, i8, f4, f8 and their arrays."""
+def kernel(signature: str, *, lanes: bool = False) -> Callable[[Callable[..., None]], Kernel]:
+    """Mark a function as a kernel with one *signature*: u1, i2, i4, i8, f4, f8 and their arrays.
+
+    lanes : whether it is written in the vectors of :mod:`halftone._lanes`.
+    """
 
     def mark(function: Callable[..., None]) -> Kernel:
-        made = Kernel(function, tuple(part.strip() for part in signature.split(";")))
+        made = Kernel(function, tuple(part.strip() for part in signature.split(";")), lanes)
         _REGISTRY.append(made)
         return made
 
     return mark
+
+
+def part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that kernels of the same file call."""
+    _PARTS.append(function)
+    return function
 
 
 def kernels() -> tuple[Kernel, ...]:
@@ -52,9 +63,12 @@ def kernels() -> tuple[Kernel, ...]:
 class Kernel:
     """A function that is compiled when it is first called. ``python`` is the plain function."""
 
-    def __init__(self, function: Callable[..., None], signature: tuple[str, ...]) -> None:
+    def __init__(
+        self, function: Callable[..., None], signature: tuple[str, ...], lanes: bool = False
+    ) -> None:
         self.python = function
         self.signature = signature
+        self.lanes = lanes
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
         self._call: Callable[..., None] | None = None
@@ -93,13 +107,20 @@ class Kernel:
     def compile(self) -> tuple[Callable[..., None], bytes | None]:
         """numba's dispatcher, and the object code if it can be used without numba."""
         import numba
+        import numba.extending
         from numba.core import types
 
+        if self.lanes:
+            from halftone._lanes_ir import register
+
+            register()
+        while _PARTS:
+            numba.extending.register_jitable(inline="always")(_PARTS.pop())
         spec = []
         for part in self.signature:
             base = getattr(types, TYPES[part[:2]][0])
             spec.append(types.Array(base, part.count(":"), "C") if "[" in part else base)
-        options = {"nogil": True, "error_model": "numpy"}
+        options = {"nogil": True, "error_model": "numpy", "_nrt": False}
         dispatcher = numba.njit(tuple(spec), no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(
             self.python
         )

@@ -12,6 +12,7 @@ import hashlib
 import os
 import sys
 import tempfile
+import weakref
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -32,11 +33,14 @@ _RETURNED = (0, -2)  # numba's status for "returned a value" and "returned None"
 _CTYPES = {
     "ptr": ctypes.c_void_p,
     "i8": ctypes.c_uint8,
+    "i16": ctypes.c_int16,
     "i32": ctypes.c_int32,
     "i64": ctypes.c_int64,
     "float": ctypes.c_float,
     "double": ctypes.c_double,
 }
+MOST_LAYOUTS = 512
+_layouts: dict[int, tuple[Callable[[], Any], tuple[Any, ...]]] = {}
 _engines: list[Any] = []  # an engine owns the machine code of its kernels: never collected
 
 
@@ -128,24 +132,40 @@ def caller(kernel: Kernel, object_code: bytes) -> Callable[..., None]:
     from halftone._jit import TYPES
 
     function = ctypes.CFUNCTYPE(ctypes.c_int32, *(_CTYPES[name] for name in kernel.flat()))(address)
-    plan = [(part, "[" in part, np.dtype(TYPES[part[:2]][0])) for part in kernel.signature]
+    plan = [
+        (part, part.count(":"), np.dtype(TYPES[part[:2]][0]) if "[" in part else None)
+        for part in kernel.signature
+    ]
 
     def call(*arguments: Any) -> None:
         returned, raised = ctypes.c_void_p(), ctypes.c_void_p()
         flat: list[Any] = [ctypes.addressof(returned), ctypes.addressof(raised)]
-        for (part, is_array, dtype), value in zip(plan, arguments, strict=True):
-            if not is_array:
+        for (part, dimensions, dtype), value in zip(plan, arguments, strict=True):
+            if dtype is None:
                 flat.append(value)
-                continue
-            if value.dtype != dtype or value.ndim != part.count(":") or not value.flags.c_contiguous:
+            elif value.dtype != dtype or value.ndim != dimensions or not value.flags.c_contiguous:
                 raise TypeError(f"{kernel.__name__}: {part} wanted, {value.dtype}{value.shape} got")
-            flat += [None, None, value.size, value.itemsize, value.ctypes.data]
-            flat += [*value.shape, *value.strides]
+            else:
+                flat += _laid_out(value)
         status = function(*flat)
         if status not in _RETURNED:
             raise RuntimeError(f"kernel {kernel.__name__} failed with status {status}")
 
     return call
+
+
+def _laid_out(array: Any) -> tuple[Any, ...]:
+    """An array as numba passes it. Asking for its address costs a microsecond, so it is kept."""
+    known = _layouts.get(id(array))
+    if known is not None and known[0]() is array:
+        return known[1]
+    layout = (
+        None, None, array.size, array.itemsize, array.ctypes.data, *array.shape, *array.strides
+    )  # fmt: skip
+    if len(_layouts) > MOST_LAYOUTS:
+        _layouts.clear()
+    _layouts[id(array)] = weakref.ref(array), layout
+    return layout
 
 
 def _llvm() -> Any:
@@ -181,9 +201,11 @@ def _path(kernel: Kernel) -> Path:
     llvm = _llvm()
     numba = find_spec("numba")
     version = Path(str(numba.origin)).with_name("_version.py").read_bytes() if numba else b""
-    source = Path(kernel.python.__code__.co_filename).read_bytes()
+    sources = [Path(kernel.python.__code__.co_filename)]
+    if kernel.lanes:
+        sources += [Path(__file__).with_name(name) for name in ("_lanes.py", "_lanes_ir.py")]
     parts = [
-        source,
+        *(source.read_bytes() for source in sources),
         kernel.__name__.encode(),
         ";".join(kernel.signature).encode(),
         hashlib.sha256(version).digest(),

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from typing import TypeVar
 
 from halftone._arrays import whole
 
-__all__ = ["bands", "count_workers", "for_each_band"]
+__all__ = ["bands", "count_workers", "in_order"]
 
-Progress = Callable[[float], None]
+T = TypeVar("T")
+
+AHEAD = 2
+"""Bands that may be done or wait in line, beside those worked on, until they are taken."""
 
 
 def count_workers(workers: int) -> int:
@@ -23,35 +28,35 @@ def bands(height: int, rows: int) -> Iterator[tuple[int, int]]:
         yield start, min(start + rows, height)
 
 
-def for_each_band(
-    work: Callable[[int, int], None],
+def in_order(
+    work: Callable[[int, int], T],
     height: int,
     rows: int,
-    workers: int = 1,
-    progress: Progress | None = None,
-) -> None:
-    """Run work(start, stop) for every band: in order with one worker, in any order with more.
+    workers: int = 0,
+    stop: Callable[[], None] = lambda: None,
+) -> Generator[T]:
+    """work(start, stop) of every band, from the top, as they are asked for.
 
-    *progress* is told the share of rows done, 0 … 1, from the calling thread. An exception or
-    Ctrl-C ends the run after the bands under way.
+    workers : threads that work ahead, a few bands at most, each started after the one above it; 0 is
+    none: the work is done in the calling thread. If a band raises, or nobody asks for more, *stop* is
+    called, which tells bands that wait for another to give up, and the bands under way are waited for.
     """
-    if workers == 1 or height <= rows:
-        for start, stop in bands(height, rows):
-            work(start, stop)
-            if progress:
-                progress(stop / height)
+    if workers == 0 or height <= rows:
+        for start, end in bands(height, rows):
+            yield work(start, end)
         return
-    from concurrent.futures import ThreadPoolExecutor, as_completed
+    from concurrent.futures import Future, ThreadPoolExecutor
 
     with ThreadPoolExecutor(workers) as pool:
-        futures = {pool.submit(work, a, b): b - a for a, b in bands(height, rows)}
-        done = 0
+        under_way: deque[Future[T]] = deque()
         try:
-            for future in as_completed(futures):
-                future.result()
-                done += futures[future]
-                if progress:
-                    progress(done / height)
-        except BaseException:
+            for start, end in bands(height, rows):
+                under_way.append(pool.submit(work, start, end))
+                if len(under_way) == workers + AHEAD:
+                    yield under_way.popleft().result()
+            while under_way:
+                yield under_way.popleft().result()
+        except BaseException:  # GeneratorExit, too
+            stop()
             pool.shutdown(wait=True, cancel_futures=True)
             raise

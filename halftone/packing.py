@@ -52,20 +52,22 @@ def bytes_per_row(width: int, bits: int) -> int:
     return (width * bits + 7) // 8
 
 
-def pack(indices: NDArray[np.uint8], packing: Packing) -> Bytes:
-    """Level indices (M, N) to packed rows (M, bytes_per_row)."""
+def pack(indices: NDArray[np.uint8], packing: Packing, levels: int = 256) -> Bytes:
+    """Level indices (M, N), known to be below *levels*, to packed rows (M, bytes_per_row)."""
     bits = packing.bits
-    top = int(indices.max(initial=0))
-    if packing.codes is not None:
-        if top >= len(packing.codes):
-            raise UsageError(f"level {top} has no device code: {len(packing.codes)} are given")
-        indices = mapped(np.array(packing.codes, np.uint8), indices)
-    elif top >= 1 << bits:
+    top = levels - 1
+    if top >= (1 << bits if packing.codes is None else len(packing.codes)):
+        top = int(indices.max(initial=0))
+    if packing.codes is not None and top >= len(packing.codes):
+        raise UsageError(f"level {top} has no device code: {len(packing.codes)} are given")
+    if packing.codes is None and top >= 1 << bits:
         raise UsageError(f"level {top} does not fit into {bits} bits a pixel")
+    if bits == 1:
+        return _pack_bits(indices, packing)
+    if packing.codes is not None:
+        indices = mapped(np.array(packing.codes, np.uint8), indices)
     if bits == 8:
         return np.ascontiguousarray(indices)
-    if bits == 1:
-        return np.packbits(indices, axis=1, bitorder="big" if packing.order == "msb" else "little")
     per_byte = 8 // bits
     rows, width = indices.shape
     padded = indices
@@ -75,6 +77,18 @@ def pack(indices: NDArray[np.uint8], packing: Packing) -> Bytes:
     packed = np.zeros((rows, padded.shape[1] // per_byte), np.uint8)
     for place, shift in enumerate(_shifts(packing)):
         packed |= padded[:, place::per_byte] << np.uint8(shift)
+    return packed
+
+
+def _pack_bits(indices: NDArray[np.uint8], packing: Packing) -> Bytes:
+    """Bits of levels 0 and 1, complemented afterwards where level 0 has the code 1."""
+    order = packing.order
+    packed = np.packbits(indices, axis=1, bitorder="big" if order == "msb" else "little")
+    if packing.codes is not None and packing.codes[0] == 1:
+        np.invert(packed, out=packed)
+        spare = -indices.shape[1] % 8
+        if spare and packed.shape[1]:
+            packed[:, -1] &= np.uint8(0xFF << spare & 0xFF if order == "msb" else 0xFF >> spare)
     return packed
 
 

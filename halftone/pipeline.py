@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,13 @@ from halftone._parallel import bands
 from halftone.dithering.base import Method
 from halftone.dithering.registry import method as find_method
 from halftone.errors import UsageError
-from halftone.frame import Frame
+from halftone.frame import Bands, Frame
 from halftone.images.read import DEFAULT_LIMIT, read_picture
 from halftone.recipe import DEFAULT_METHOD, Profile, Recipe, configured, response
-from halftone.stages import Report, background_light, decoded, dithered, light_of
+from halftone.stages import Halftoning, Report, background_light, check_memory, decoded, light_of
 from halftone.tone.levels import Levels
 
-__all__ = ["check_method", "convert", "dither", "read"]
+__all__ = ["check_method", "convert", "convert_bands", "dither", "read"]
 
 Progress = Callable[[float], None]
 
@@ -42,10 +44,15 @@ def read(
 
     Raises :class:`halftone.errors.InputFileError`.
     """
-    source = light_of(read_picture(path, max_memory), encoding, background_light(background), Report())
-    light = np.empty(source.pixels.shape, np.float32)
-    for start, stop in bands(source.shape[0], BAND_ROWS):
-        light[start:stop] = source.colours(start, stop)
+    paper = background_light(background)
+    with closing(read_picture(path, max_memory)) as picture:
+        source = light_of(picture, encoding, paper, Report())
+        shape = source.pixels.shape
+        need = source.pixels.nbytes + 4 * math.prod(shape)
+        check_memory(need, max_memory, f"the light of {picture.name}, {shape[1]} × {shape[0]},")
+        light = np.empty(shape, np.float32)
+        for start, stop in bands(shape[0], BAND_ROWS):
+            light[start:stop] = source.colours(start, stop)
     return light
 
 
@@ -96,9 +103,9 @@ def dither(
         other.check(ladder)
         if other.scale != chosen.scale:
             raise UsageError(f"'{other.text()}' and '{chosen.text()}' give pictures of other sizes")
-    frame = dithered(source, chosen, ladder, range, workers, progress, Report())
+    frame = Halftoning(source, chosen, ladder, range, workers, Report()).frame(progress)
     for mask, other in others:
-        part = dithered(source, other, ladder, range, workers, None, Report())
+        part = Halftoning(source, other, ladder, range, workers, Report()).frame()
         where = mask.repeat(chosen.scale, axis=0).repeat(chosen.scale, axis=1)
         np.copyto(frame.indices, part.indices, where=where)
         frame.report["notes"].append(f"{int(mask.sum())} pixels in a region by '{other.text()}'")
@@ -179,6 +186,22 @@ def convert(
         max_memory=max_memory,
     )
     return recipe.convert(picture, progress)
+
+
+def convert_bands(
+    picture: str | Path | Any, *, progress: Progress | None = None, **options: Any
+) -> Bands:
+    """What :func:`convert` gives, by bands of rows from the top, for pictures larger than memory.
+
+    options : those of :func:`convert`. A driver sends each band as it comes::
+
+        for part in halftone.convert_bands("poster.tif", profile=device):
+            port.write(part.packed())
+
+    Each part is a :class:`halftone.Frame` of consecutive rows, 64 at most but for patterns; their
+    bytes are those of the whole frame. ``.shape`` is known at once, and ``.save()`` writes a file.
+    """
+    return Recipe(**options).bands(picture, progress)
 
 
 def check_method(text: str) -> None:

@@ -5,22 +5,34 @@ read → light → place (resize) → adjust → range → dither.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from halftone._arrays import BAND_ROWS, Light, Source, as_pixels, check_finite, check_policy, whole
-from halftone._parallel import bands, count_workers
+from halftone._arrays import (
+    BAND_ROWS,
+    Light,
+    Pixels,
+    Source,
+    as_pixels,
+    check_finite,
+    check_policy,
+    whole,
+)
+from halftone._parallel import count_workers
 from halftone.dithering.base import Method
 from halftone.dithering.registry import method as find_method
 from halftone.errors import UsageError, near
-from halftone.frame import Frame
+from halftone.frame import Bands, Frame
 from halftone.images.read import DEFAULT_LIMIT, read_picture
+from halftone.images.rows import LOOK_BACK
 from halftone.packing import Packing
-from halftone.stages import Report, background_light, check_memory, decoded, dithered, light_of
+from halftone.stages import Halftoning, Report, background_light, check_memory, decoded, light_of
 from halftone.tone import adjust
 from halftone.tone.levels import Levels
 from halftone.tone.range import check_rule
@@ -145,8 +157,33 @@ class Recipe:
     def convert(self, picture: Any, progress: Progress | None = None) -> Frame:
         """*picture*, as :func:`halftone.convert` takes it, as a frame."""
         report = Report()
-        source = check_finite(self._source(picture, report), self.nonfinite)
-        width, height = self._target(source)
+        with ExitStack() as files:
+            work, (height, width) = self._prepared(picture, report, files, whole=True)
+            frame = work.frame(progress)
+        if frame.shape != (height, width):  # patterns at the right and bottom rim
+            frame = replace(frame, indices=np.ascontiguousarray(frame.indices[:height, :width]))
+        return replace(frame, packing=self._packing)
+
+    def bands(self, picture: Any, progress: Progress | None = None) -> Bands:
+        """*picture* as bands of rows of its frame, which are halftoned when they are asked for.
+
+        The memory it takes does not grow with the height of a file that is read forward
+        (:mod:`halftone.images.read`), unless the picture is resized. What is damaged or not finite
+        in such a file shows when its rows are reached.
+        """
+        report = Report()
+        with ExitStack() as files:
+            work, shape = self._prepared(picture, report, files, whole=False)
+            parts = _rows(work, shape, progress, files.pop_all())
+        text, dpi = self._method.text(), work.dpi
+        return Bands(shape, parts, self._ladder, text, dpi, self._packing, report.as_dict())
+
+    def _prepared(
+        self, picture: Any, report: Report, files: ExitStack, whole: bool
+    ) -> tuple[Halftoning, tuple[int, int]]:
+        """All but the halftoning, and (rows, columns) of the frame, of which *whole* may be held."""
+        source = check_finite(self._source(picture, report, files), self.nonfinite)
+        width, height = self._target(source, whole)
         source = self._placed(source, (width, height), report)
         if self.auto_levels or self._steps:
             with report.stage("adjust"):
@@ -156,21 +193,12 @@ class Recipe:
         else:
             report.leave_out("adjust", "no brightness, contrast, levels or invert was asked for")
         dpi = None if self.profile is None else self.profile.dpi
-        frame = dithered(
-            source,
-            self._method,
-            self._ladder,
-            self.range,
-            self.workers,
-            progress,
-            report,
-            dpi,
-        )
-        packing = None if self.profile is None else self.profile.packing
-        if frame.shape != (height, width):  # patterns at the right and bottom rim
-            indices = np.ascontiguousarray(frame.indices[:height, :width])
-            frame = replace(frame, indices=indices)
-        return replace(frame, packing=packing)
+        work = Halftoning(source, self._method, self._ladder, self.range, self.workers, report, dpi)
+        return work, (height, width)
+
+    @property
+    def _packing(self) -> Packing | None:
+        return None if self.profile is None else self.profile.packing
 
     def _adjustments(self) -> tuple[Callable[[Light], Light], ...]:
         steps = []
@@ -182,16 +210,20 @@ class Recipe:
             steps.append(adjust.invert())
         return tuple(steps)
 
-    def _source(self, picture: Any, report: Report) -> Source:
-        if not isinstance(picture, str | Path):
+    def _source(self, picture: Any, report: Report, files: ExitStack) -> Source:
+        if not isinstance(picture, str | os.PathLike):
             return decoded(as_pixels(picture), self.encoding)
         with report.stage("read", file=str(picture)) as entry:
-            read = read_picture(picture, self.max_memory)
+            keep = LOOK_BACK + BAND_ROWS * (count_workers(self.workers) - 1)
+            read = read_picture(os.fspath(picture), self.max_memory, keep)
+            files.callback(read.close)
             size = [read.pixels.shape[1], read.pixels.shape[0]]
             entry.update(size=size, type=str(read.pixels.dtype))
-        return light_of(read, self.encoding, self._paper, report)
+            source = light_of(read, self.encoding, self._paper, report)
+        report.reading = lambda: read.window.seconds
+        return source
 
-    def _target(self, source: Source) -> tuple[int, int]:
+    def _target(self, source: Source, whole: bool) -> tuple[int, int]:
         """(width, height) in dots: what was asked for, or the device's, or the picture's own."""
         from halftone.images.resize import target_size
 
@@ -200,9 +232,10 @@ class Recipe:
         self._check_size(width, height)
         need = source.pixels.nbytes + (0 if source.cover is None else source.cover.nbytes)
         if (width, height) != (columns, rows):
-            need += 12 * rows * columns  # light, Pillow's copy, and between its two passes
-        need += 12 * width * height
-        need += 80 * BAND_ROWS * width  # what a method keeps of a band
+            need += 4 * rows * width + 4 * height * width  # between Pillow's two passes, and after
+        need += 80 * BAND_ROWS * max(width, columns) * count_workers(self.workers)
+        if whole:
+            need += height * width
         check_memory(need, self.max_memory, f"the size {width} × {height}")
         return width, height
 
@@ -217,7 +250,7 @@ class Recipe:
 
     def _placed(self, source: Source, target: tuple[int, int], report: Report) -> Source:
         """The picture at the target size, or its cells, n × n dots each, for n × n patterns."""
-        from halftone.images.resize import cells, place
+        from halftone.images.resize import Cells, LightRows, place
 
         scale = self._method.scale
         width, height = target
@@ -228,17 +261,15 @@ class Recipe:
         # A size that follows from the picture is its shape but for rounding: no margin for that.
         fit = self.fit or ("stretch" if None in self._wanted() else "contain")
         with report.stage("resize", fit=fit, size=[width, height]):
-            light = np.empty((rows, columns), np.float32)
-            for start, stop in bands(rows, BAND_ROWS):
-                light[start:stop] = source.band(start, stop)
-            placed = place(light, width, height, fit, self._paper, self._aspect())
-            placed = cells(placed, scale)
+            placed: Pixels = place(LightRows(source), width, height, fit, self._paper, self._aspect())
+        if scale > 1:
+            placed = Cells(placed, scale)
         if self.profile is not None and (width, height) != (columns, rows):
             report.notes.append(
                 f"the picture of {columns} × {rows} was scaled to {target[0]} × {target[1]} for "
                 f"'{self.profile.name}'"
             )
-        return Source(np.ascontiguousarray(placed))
+        return Source(placed)
 
     def _check_size(self, width: int, height: int) -> None:
         for name, dots in (("width", width), ("height", height)):
@@ -249,6 +280,22 @@ class Recipe:
                     f"'{getattr(self.profile, 'name', '')}': nothing is cropped silently. "
                     "Leave --size and --width out to fit"
                 )
+
+
+def _rows(
+    work: Halftoning, shape: tuple[int, int], progress: Progress | None, files: ExitStack
+) -> Iterator[NDArray[np.uint8]]:
+    """Bands cut to (rows, columns): patterns may reach beyond the right and bottom rim."""
+    height, width = shape
+    columns, done = work.shape[1], 0
+
+    def out(start: int, stop: int) -> NDArray[np.uint8]:
+        return np.empty((stop - start, columns), np.uint8)
+
+    with files:
+        for band in work.bands(out, progress):
+            yield np.ascontiguousarray(band[: height - done, :width])
+            done += len(band)
 
 
 def configured(

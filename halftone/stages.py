@@ -3,29 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from halftone._arrays import BAND_ROWS, Source
-from halftone._parallel import bands, count_workers, for_each_band
+from halftone._arrays import BAND_ROWS, Light, Pixels, Source
+from halftone._parallel import bands, count_workers, in_order
 from halftone.dithering.base import Job, Method
 from halftone.errors import InputError, UsageError
 from halftone.frame import Frame
 from halftone.images.read import Picture
+from halftone.images.rows import piece_rows
 from halftone.tone.ladder import visible_steps
 from halftone.tone.levels import Levels
 from halftone.tone.range import bring_into_range
 from halftone.tone.transfer import encoding as find_encoding
 
-__all__ = ["Report", "background_light", "check_memory", "decoded", "dithered", "light_of"]
+__all__ = ["Halftoning", "Report", "background_light", "check_memory", "decoded", "light_of"]
 
 BACKGROUNDS = {"white": 1.0, "black": 0.0}
 
 Progress = Callable[[float], None]
+Indices = NDArray[np.uint8]
 
 
 @dataclass
@@ -36,13 +39,36 @@ class Report:
     left_out: list[dict[str, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
+    reading: Callable[[], float] = field(default=lambda: 0.0, repr=False)
+    """Seconds spent on rows of the file so far, in whichever stage asked for them."""
+
+    def entry(self, name: str, **facts: Any) -> dict[str, Any]:
+        """A new stage, of no time yet."""
+        entry: dict[str, Any] = {"stage": name, **facts, "seconds": 0.0}
+        self.stages.append(entry)
+        return entry
+
+    @contextmanager
+    def timing(self, entry: dict[str, Any]) -> Iterator[None]:
+        """Add the time within to *entry*, but what was spent on reading to the first stage."""
+        start, read = time.perf_counter(), self.reading()
+        try:
+            yield
+        finally:
+            spent, read = time.perf_counter() - start, self.reading() - read
+            for stage, seconds in ((self.stages[0], read), (entry, max(0.0, spent - read))):
+                stage["seconds"] = round(stage["seconds"] + seconds, 6)
+
     @contextmanager
     def stage(self, name: str, **facts: Any) -> Iterator[dict[str, Any]]:
-        entry: dict[str, Any] = {"stage": name, **facts}
-        start = time.perf_counter()
-        yield entry
-        entry["seconds"] = round(time.perf_counter() - start, 6)
-        self.stages.append(entry)
+        entry = self.entry(name, **facts)
+        with self.timing(entry):
+            yield entry
+
+    @property
+    def seconds(self) -> float:
+        """Of all stages so far."""
+        return float(sum(stage["seconds"] for stage in self.stages))
 
     def leave_out(self, name: str, why: str) -> None:
         self.left_out.append({"stage": name, "why": why})
@@ -78,8 +104,8 @@ def light_of(read: Picture, encoding: str | None, paper: float, report: Report) 
     if read.alpha is None:
         report.leave_out("alpha", "the picture has no alpha channel")
         return source
-    full = 1 if read.alpha.dtype.kind == "f" else np.iinfo(read.alpha.dtype).max
-    if (read.alpha == full).all():
+    # Gray codes without alpha may go to a method as they are; of colours, light is made anyway.
+    if source.pixels.ndim == 2 and _opaque(read.alpha):
         report.leave_out("alpha", "every pixel is opaque")
         return source
     if report.stages:
@@ -87,8 +113,14 @@ def light_of(read: Picture, encoding: str | None, paper: float, report: Report) 
     return replace(source, cover=read.alpha, paper=paper, premultiplied=read.premultiplied)
 
 
-def decoded(pixels: np.ndarray, name: str | None) -> Source:
-    """Pixels with the meaning *name*; a table for 8 and 16 bits, else light at once.
+def _opaque(alpha: Pixels) -> bool:
+    """Whether alpha is full everywhere, by a pass over its rows up to the first that is not."""
+    full = 1 if alpha.dtype.kind == "f" else np.iinfo(alpha.dtype).max
+    return all((alpha[a:b] == full).all() for a, b in bands(alpha.shape[0], BAND_ROWS))
+
+
+def decoded(pixels: Pixels, name: str | None) -> Source:
+    """Pixels with the meaning *name*: a table for 8 and 16 bits, else row by row.
 
     None: integers are sRGB codes, floats are light.
     """
@@ -98,44 +130,80 @@ def decoded(pixels: np.ndarray, name: str | None) -> Source:
         return Source(pixels, code.table(1 << (8 * pixels.dtype.itemsize)))
     if floats and code.name == "linear":
         return Source(pixels)
-    light = np.empty(pixels.shape, np.float32)
     full = 1.0 if floats else float(np.iinfo(pixels.dtype).max)
-    for start, stop in bands(pixels.shape[0], BAND_ROWS):
+
+    def decode(rows: NDArray[Any], start: int) -> Light:
         with np.errstate(over="ignore"):
-            light[start:stop] = code.decode(pixels[start:stop] / full)
-    return Source(light)
+            return code.decode(rows / full).astype(np.float32)
+
+    return Source(pixels, decode=decode)
 
 
-def dithered(
-    source: Source,
-    method: Method,
-    levels: Levels,
-    rule: str,
-    workers: int,
-    progress: Progress | None,
-    report: Report,
-    dpi: tuple[float, float] | None = None,
-) -> Frame:
-    """Finite light to level indices."""
-    workers = count_workers(workers)
-    source = bring_into_range(source, levels.darkest, levels.lightest, rule)
-    height, width = source.shape
-    scale = method.scale
-    indices = np.empty((height * scale, width * scale), np.uint8)
-    with report.stage("dither", method=method.text(), levels=levels.text, range=rule) as entry:
-        halftoner = method.halftoner(Job(source, levels, dpi))
-        used = workers if halftoner.parallel else 1
-        for_each_band(
-            lambda start, stop: halftoner.band(start, stop, indices[start * scale : stop * scale]),
-            height,
-            BAND_ROWS,
-            used,
-            progress,
-        )
-        contours = visible_steps(levels.distinct)
-        entry.update(claim=str(method.claim), workers=used, visible_steps=contours)
-    if method.needs == "numpy":
-        report.leave_out("numba", f"'{method.text()}' needs no compiled code")
-    if source.codes() is not None:
-        report.leave_out("float copy", "integer codes go to the method with a table of their light")
-    return Frame(indices, levels, method.text(), dpi, report=report.as_dict())
+@dataclass(frozen=True)
+class Halftoning:
+    """Finite light on its way to level indices.
+
+    workers : bands that are worked on at once, where the method allows it; 0 is one per processor.
+    """
+
+    source: Source
+    method: Method
+    levels: Levels
+    rule: str
+    workers: int
+    report: Report
+    dpi: tuple[float, float] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the level indices."""
+        height, width = self.source.shape
+        return height * self.method.scale, width * self.method.scale
+
+    def bands(
+        self, out: Callable[[int, int], Indices], progress: Progress | None = None
+    ) -> Generator[Indices]:
+        """Level indices, band after band, each written into out(its first row, the row after it)."""
+        method, levels, report = self.method, self.levels, self.report
+        scale, workers = method.scale, count_workers(self.workers)
+        entry = report.entry("dither", method=method.text(), levels=levels.text, range=self.rule)
+        with report.timing(entry):
+            source = bring_into_range(self.source, levels.darkest, levels.lightest, self.rule)
+            halftoner = method.halftoner(Job(source, levels, self.dpi, workers))
+            used = workers if halftoner.parallel else 1
+            contours = visible_steps(levels.distinct)
+            threads = getattr(halftoner, "threads", used)
+            entry.update(claim=str(method.claim), workers=threads, visible_steps=contours)
+        if method.needs == "numpy":
+            report.leave_out("numba", f"'{method.text()}' needs no compiled code")
+        if source.codes() is not None:
+            report.leave_out("float copy", "integer codes go to the method with a table of their light")
+
+        def work(start: int, stop: int) -> Indices:
+            indices = out(start * scale, stop * scale)
+            halftoner.band(start, stop, indices)
+            return indices
+
+        height, width = source.shape
+        rows = piece_rows(width * scale**2, getattr(halftoner, "band_rows", BAND_ROWS))
+        give_up = getattr(halftoner, "stop", lambda: None)
+        parts = in_order(work, height, rows, used if workers > 1 else 0, give_up)
+        done = 0
+        with closing(parts):
+            while True:
+                with report.timing(entry):
+                    part = next(parts, None)
+                if part is None:
+                    return
+                done += len(part)
+                if progress:
+                    progress(done / (height * scale))
+                yield part
+
+    def frame(self, progress: Progress | None = None) -> Frame:
+        """All of it."""
+        indices = np.empty(self.shape, np.uint8)
+        for _ in self.bands(lambda start, stop: indices[start:stop], progress):
+            pass
+        report = self.report.as_dict()
+        return Frame(indices, self.levels, self.method.text(), self.dpi, report=report)

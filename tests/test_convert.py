@@ -88,6 +88,8 @@ def test_adjustments_act_on_light():
 
 def test_too_large_is_refused_before_it_is_read_or_made(photograph):
     with pytest.raises(InputFileError, match="MiB"):
+        convert(photograph, max_memory=1 << 18)  # not even the rows held of the file
+    with pytest.raises(InputError, match="the size 451 × 300"):
         convert(photograph, max_memory=1 << 20)
     with pytest.raises(InputError, match="the size 1000000"):
         convert(photograph, width=1_000_000)

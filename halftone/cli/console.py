@@ -3,12 +3,75 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import ModuleType
+from types import FrameType, ModuleType
+from typing import TypeVar
 
-__all__ = ["our_devices", "quiet_libraries"]
+__all__ = ["interrupted", "interruptible", "listen", "our_devices", "quiet_libraries"]
+
+T = TypeVar("T")
+
+PATIENCE = 0.06
+"""Seconds that work may take to end by itself after Ctrl-C."""
+
+
+_heard = threading.Event()
+
+
+def listen() -> None:
+    """Remember Ctrl-C: KeyboardInterrupt is lost, or turned into another error, within some imports."""
+
+    def hear(number: int, frame: FrameType | None) -> None:
+        _heard.set()
+        raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, hear)
+
+
+def interrupted() -> bool:
+    """Whether Ctrl-C was heard."""
+    return _heard.is_set()
+
+
+def interruptible(work: Callable[[], T], stop: Callable[[], None]) -> T:
+    """work(), with Ctrl-C heard at once, be it in the middle of a library's call.
+
+    Python hears of it between two steps of its main thread only, so *work* has a thread of its own.
+    *stop* asks it to end at its next band. What it has written so far is taken away; if it goes on,
+    it ends with the process.
+    """
+    done: list[T] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            done.append(work())
+        except BaseException as error:
+            failed.append(error)
+        finally:
+            ended.set()
+
+    ended = threading.Event()
+    try:
+        threading.Thread(target=run, daemon=True).start()
+        while not ended.wait(PATIENCE / 4):  # the signal may reach another thread, and not wake this
+            if interrupted():
+                raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        from halftone.images.output import discard_unfinished
+
+        stop()
+        ended.wait(PATIENCE)
+        discard_unfinished()
+        raise
+    if failed:
+        raise failed[0]
+    return done[0]
 
 
 @contextmanager

@@ -1,13 +1,15 @@
 """``halftone convert``: pictures in, what the device can show out."""
 
+# pathlib takes 4 ms to import, which a small picture would notice.
+# ruff: noqa: PTH103, PTH112, PTH118, PTH119, PTH121, PTH122
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 __all__ = ["arguments", "run"]
@@ -87,7 +89,7 @@ class _Task:
 def run(options: argparse.Namespace) -> int:
     """Convert all inputs; a bad one is named and the others are still converted."""
     from halftone._parallel import count_workers
-    from halftone.cli.console import quiet_libraries
+    from halftone.cli.console import interruptible, quiet_libraries
     from halftone.cli.progress import Bar
     from halftone.errors import UsageError
 
@@ -99,7 +101,9 @@ def run(options: argparse.Namespace) -> int:
     _check_levels(recipe, tasks, options)
     jobs = count_workers(options.jobs)
     with quiet_libraries(), Bar(len(tasks), shown=not options.quiet) as bar:
-        results = _all(tasks, jobs, lambda task: _one(task, options, recipe, bar), bar.stop)
+        results = interruptible(
+            lambda: _all(tasks, jobs, lambda task: _one(task, options, recipe, bar), bar.stop), bar.stop
+        )
     failed = [r for r in results if "error" in r]
     for result in results:
         for note in result.get("notes", []):
@@ -150,20 +154,15 @@ def _one(task: _Task, options: argparse.Namespace, recipe: Any, bar: Any) -> dic
     result: dict[str, Any] = {"input": task.source, "output": task.target}
     start = time.perf_counter()
     try:
-        frame = recipe.convert(task.source, bar.file(task.source))
-        written = time.perf_counter()
-        size = _write(frame, task, options, recipe.max_memory)
-        report = frame.report
-        report["stages"].append(
-            {"stage": "write", "bytes": size, "seconds": round(time.perf_counter() - written, 6)}
-        )
+        bands = recipe.bands(task.source, bar.file(task.source))
+        _write(bands, task, options, recipe.max_memory)
         result |= {
-            "width": frame.shape[1],
-            "height": frame.shape[0],
-            "method": frame.method,
-            "levels": [round(float(v), 7) for v in frame.levels.luminance],
+            "width": bands.shape[1],
+            "height": bands.shape[0],
+            "method": bands.method,
+            "levels": [round(float(v), 7) for v in bands.levels.luminance],
             "seconds": round(time.perf_counter() - start, 6),
-            **report,
+            **bands.report,
         }
     except HalftoneError as error:
         text = str(error)
@@ -174,21 +173,25 @@ def _one(task: _Task, options: argparse.Namespace, recipe: Any, bar: Any) -> dic
     return result
 
 
-def _write(frame: Any, task: _Task, options: argparse.Namespace, limit: int) -> int:
-    from halftone.images import write
+def _write(bands: Any, task: _Task, options: argparse.Namespace, limit: int) -> None:
+    from halftone.frame import UPSCALED
+    from halftone.images.write import write
     from halftone.stages import check_memory
 
-    size = 4 * frame.indices.size * options.upscale**2  # indices, packed, compressed
-    check_memory(size, limit, f"every pixel as {options.upscale} × {options.upscale}")
-    frame = frame.upscaled(options.upscale)
-    if options.preview:
-        from halftone.images.png import encode_gray
-
-        data = encode_gray(frame.preview(), frame.dpi)
-    else:
-        data = write.encode(frame, write.format_of(task.target, options.format))
-    write.write_bytes(data, task.target, overwrite=not options.no_overwrite)
-    return len(data)
+    factor = options.upscale
+    large = bands.upscaled(factor)
+    if factor > 1:
+        height, width = large.shape
+        held = min(height, max(factor, UPSCALED // width)) * width
+        check_memory(3 * held, limit, f"every pixel as {factor} × {factor}")
+    stages = bands.report["stages"]
+    start, others = time.perf_counter(), sum(s["seconds"] for s in stages)
+    size = write(
+        large, task.target, options.format, overwrite=not options.no_overwrite, preview=options.preview
+    )
+    others -= sum(s["seconds"] for s in stages)
+    spent = max(0.0, time.perf_counter() - start + others)
+    stages.append({"stage": "write", "bytes": size, "seconds": round(spent, 6)})
 
 
 def _recipe(options: argparse.Namespace) -> Any:
@@ -247,7 +250,7 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
     from halftone.images.write import format_of
 
     inputs, output = options.inputs, options.output
-    to_folder = len(inputs) > 1 or output.endswith("/") or _is_folder(output)
+    to_folder = len(inputs) > 1 or output.endswith("/") or os.path.isdir(output)
     if options.preview:
         kind = format_of(output if not to_folder else "x.png", options.format)
         if kind != "png":
@@ -260,8 +263,7 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
     if output == "-":
         raise UsageError(f"{len(inputs)} inputs cannot go to stdout; name a folder")
     ending = format_of("-", options.format)
-    folder = Path(output)
-    tasks = [_Task(name, str(folder / f"{_stem(name)}.{ending}")) for name in inputs]
+    tasks = [_Task(name, os.path.join(output, f"{_stem(name)}.{ending}")) for name in inputs]
     seen: dict[str, str] = {}
     for task in tasks:
         if task.target in seen:
@@ -272,26 +274,19 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
             raise UsageError(f"'{task.target}' is an input itself; name another folder")
         seen[task.target] = task.source
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        os.makedirs(output, exist_ok=True)
     except OSError as error:
         raise OutputError(f"the folder '{output}' cannot be made: {error.strerror}") from None
     return tasks
 
 
 def _stem(name: str) -> str:
-    return "stdin" if name == "-" else Path(name).stem
-
-
-def _is_folder(name: str) -> bool:
-    try:
-        return name != "-" and Path(name).is_dir()
-    except OSError:  # a name too long for any folder
-        return False
+    return "stdin" if name == "-" else os.path.splitext(os.path.basename(name))[0]
 
 
 def _same(first: str, second: str) -> bool:
     try:
-        return Path(first).samefile(second)
+        return os.path.samefile(first, second)
     except OSError:
         return False
 

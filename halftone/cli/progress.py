@@ -47,6 +47,8 @@ class Bar:
 
     def file(self, name: str) -> Callable[[float], None]:
         """What the work on one file calls with its share done."""
+        if self.stopped:
+            raise KeyboardInterrupt
 
         def tell(share: float) -> None:
             if self.stopped:

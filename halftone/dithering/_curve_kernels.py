@@ -14,8 +14,10 @@ def diffuse_along(light, out, curve_y, curve_x, recent, weight, level, middle, i
     rows, width = light.shape
     side = 256
     length = weight.shape[0]
+    last_weight = weight[length - 1]
     n = level.shape[0]
     newest = 0
+    e = np.float32(0.0)  # the newest error: the next pixel waits for it, and not for memory
     for block in range((width + side - 1) // side):
         for k in range(side * side):
             y = np.int64(curve_y[k])
@@ -25,18 +27,26 @@ def diffuse_along(light, out, curve_y, curve_x, recent, weight, level, middle, i
             v = light[y, x]
             v = level[0] if v < level[0] else v
             v = level[n - 1] if v > level[n - 1] else v
-            for j in range(length):
-                place = newest + 1 + j
-                place = place - length if place >= length else place
-                v += weight[j] * recent[place]
-            first = 0
-            last = n - 1
-            while first < last:  # the nearest level: the number of middles at or below v
-                half = (first + last) // 2
-                if v >= middle[half]:
-                    first = half + 1
-                else:
-                    last = half
+            place = newest
+            for j in range(length - 1):
+                place = place + 1 if place + 1 < length else 0
+                v += weight[j] * recent[np.uint64(place)]
+            v += last_weight * e
+            if n == 2:
+                i = 1 if v >= middle[0] else 0
+                below = v - level[0]
+                above = v - level[1]
+                e = above if i else below
+            else:
+                i = 0  # the nearest level: the number of middles at or below v, by bisection
+                last = n - 1
+                while i < last:
+                    half = (i + last) // 2
+                    if v >= middle[half]:
+                        i = half + 1
+                    else:
+                        last = half
+                e = v - level[i]
             newest = newest + 1 if newest + 1 < length else 0
-            recent[newest] = v - level[first]
-            out[y, x] = index[first]
+            recent[np.uint64(newest)] = e
+            out[y, x] = index[i]

@@ -40,13 +40,15 @@ def diffuse_light(
         e2 = np.float32(0.0)
         if n == 2:
             half = middle[0]
+            ahead = np.float32(0.0)  # left1 * e1: of both errors there may be, then the one there is
             for k in range(width):
                 x = width - 1 - k if backward else k
-                v = (carry[slot, x] + left2 * e2) + left1 * e1
+                v = (carry[slot, x] + left2 * e2) + ahead
                 e2 = e1
-                up = v >= half
                 below = v - darkest
                 above = v - lightest
+                up = v >= half
+                ahead = left1 * above if up else left1 * below
                 e1 = above if up else below
                 out[r, x] = index[1] if up else index[0]
                 error[margin + x] = e1
@@ -74,6 +76,55 @@ def diffuse_light(
                 carry[target, x] += w * error[shift + x]
 
 
+@kernel("u1[:,:]; f4[:]; u1[:,:]; f4[:]; f4[:]; f4[:]; f4; u1[:]; i8; i8; i8")
+def diffuse_four(codes, table, out, carry, weight, level, half, index, y0, serpentine, from_right):
+    """Two levels and Floyd and Steinberg's four places, from 8-bit codes with the light of each.
+
+    The sums are those of diffuse_light. weight : ahead, down-back, down, down-ahead. carry : width + 2.
+    All that a pixel needs fits beside the wait for the one before it, so one pass does it.
+    """
+    rows, width = codes.shape
+    dark = index[0]
+    bright = index[1]
+    darkest = level[0]
+    lightest = level[1]
+    forth = weight[0]
+    back = weight[1]
+    down = weight[2]
+    last = weight[3]
+    for r in range(rows):
+        ahead = np.float32(0.0)
+        e1 = np.float32(0.0)
+        e2 = np.float32(0.0)
+        if (from_right ^ (serpentine & (y0 + r))) & 1:
+            for k in range(width):
+                x = width - k
+                v = (carry[x] + table[codes[r, x - 1]]) + ahead
+                below = v - darkest
+                above = v - lightest
+                up = v >= half
+                ahead = forth * above if up else forth * below
+                e = above if up else below
+                out[r, x - 1] = bright if up else dark
+                carry[x + 1] = (back * e + down * e1) + last * e2
+                e2 = e1
+                e1 = e
+            carry[1] = down * e1 + last * e2
+        else:
+            for x in range(width):
+                v = (carry[x + 1] + table[codes[r, x]]) + ahead
+                below = v - darkest
+                above = v - lightest
+                up = v >= half
+                ahead = forth * above if up else forth * below
+                e = above if up else below
+                out[r, x] = bright if up else dark
+                carry[x] = (back * e + down * e1) + last * e2
+                e2 = e1
+                e1 = e
+            carry[width] = down * e1 + last * e2
+
+
 @kernel("u1[:,:]; u1[:,:]; i4[:]; i4[:]; u1[:]; i8; i8; i8")
 def diffuse_codes(codes, out, carry, error, index, y0, serpentine, from_right):
     """Floyd–Steinberg on 8-bit codes, two levels 0 and 255, in units of 1/16 code.
@@ -86,26 +137,32 @@ def diffuse_codes(codes, out, carry, error, index, y0, serpentine, from_right):
     bright = index[1]
     white = np.int32(16 * 255)
     half = np.int32(8 * 255)
+    share = (white >> 1) - (white >> 4)
     for r in range(rows):
         backward = (from_right ^ (serpentine & (y0 + r))) & 1
-        step = -1 if backward else 1
         for x in range(width):
             carry[x] += np.int32(codes[r, x]) << 4
         # Only what the next pixel waits for: white is a multiple of 16, so its share comes off
         # after the shifts, and the comparison runs beside them.
         ahead = np.int32(0)
-        x = width - 1 if backward else 0
-        for _ in range(width):
-            v = carry[x] + ahead
-            ahead = (v >> 1) - (v >> 4)
-            ahead = ahead - ((white >> 1) - (white >> 4)) if v >= half else ahead
-            error[1 + x] = v
-            x += step
+        if backward:
+            for k in range(width):
+                v = carry[width - 1 - k] + ahead
+                error[width - k] = v
+                ahead = (v >> 1) - (v >> 4)
+                ahead = ahead - share if v >= half else ahead
+        else:
+            for x in range(width):
+                v = carry[x] + ahead
+                error[1 + x] = v
+                ahead = (v >> 1) - (v >> 4)
+                ahead = ahead - share if v >= half else ahead
         for x in range(width):
             v = error[1 + x]
             up = v >= half
             out[r, x] = bright if up else dark
             error[1 + x] = v - white if up else v
+        step = -1 if backward else 1
         for x in range(width):
             e = error[1 + x]
             behind = error[1 + x + step]

@@ -2,7 +2,8 @@
 
 Rows are kept apart by column of the tile: the shares of the pixels (y, cx), (y, cx + w),
 (y, cx + 2w) … lie side by side with an empty place at either end, so that all pixels of one class
-in a row are one contiguous run, and so are those of each of its neighbours.
+in a row are one contiguous run, and so are those of each of its neighbours. Indices as ``np.uint64``
+are not tested for being negative; only without that test do these runs become vector code.
 """
 
 import numpy as np
@@ -10,26 +11,53 @@ import numpy as np
 from halftone._jit import kernel
 
 
+@kernel("f4[:,:]; f4[:]; i8")
+def part_light(light, share, w):
+    """*light* into *share*, row by row and column by column of the tile."""
+    rows, width = light.shape
+    span = (width + w - 1) // w + 2
+    for r in range(rows):
+        for cx in range(w if w < width else width):
+            base = ((r + 1) * w + cx) * span + 1
+            for t in range((width - cx + w - 1) // w):
+                share[np.uint64(base + t)] = light[r, np.uint64(cx + t * w)]
+
+
+@kernel("u1[:,:]; f4[:]; f4[:]; i8")
+def part_codes(codes, known, share, w):
+    """The same for 8-bit *codes* with the light *known* of each."""
+    rows, width = codes.shape
+    span = (width + w - 1) // w + 2
+    for r in range(rows):
+        for cx in range(w if w < width else width):
+            base = ((r + 1) * w + cx) * span + 1
+            for t in range((width - cx + w - 1) // w):
+                share[np.uint64(base + t)] = known[codes[r, np.uint64(cx + t * w)]]
+
+
 @kernel(
-    "f4[:,:]; u1[:,:]; f4[:]; f4[:]; i8[:,:]; i8[:,:]; f4[:,:]; f4[:,:];"
+    "u1[:,:]; f4[:]; f4[:]; u1[:]; i8[:,:]; i8[:,:]; f4[:,:]; f4[:,:];"
     "f4[:]; f4[:]; u1[:]; u1[:]; f4; i8; i8; i8; i8; i8; i8"
 )
 def diffuse_dots(
-    light, out, share, value, cell, link, weight, rim,
+    out, share, value, shown, cell, link, weight, rim,
     level, middle, index, bucket, scale, h, w, first, start, stop, height,
 ):  # fmt: skip
-    """Level indices of rows *start* … *stop*−1 into *out*; *light* holds rows *first* … of height.
+    """Level indices of rows *start* … *stop*−1 into *out*.
 
+    share : the light of rows *first* … of height; there a pixel's light gives way to the share that
+    each of its neighbours takes. Zeros around: (rows + 2)·w·(⌈width/w⌉ + 2).
     cell : for each class its row and column in the tile (h × w), the rows that an ascending chain
     from it reaches down and up, and how many neighbours are of lower class.
     link, weight : where in *share* those neighbours lie, counted from the pixel, and their weights,
     2 or 1, in raster order.
     rim : strength over the weights of the neighbours of higher class, in the columns of 1·(first
     row) + 2·(last row) + 4·(first column) + 8·(last column) of the picture.
-    share : zeros, (rows of light + 2)·w·(⌈width/w⌉ + 2); value : ⌈width/w⌉ of work space.
+    value, shown : ⌈width/w⌉ and (stop − start)·w·⌈width/w⌉ of work space.
     """
-    width = light.shape[1]
-    span = (width + w - 1) // w + 2
+    width = out.shape[1]
+    most = (width + w - 1) // w
+    span = most + 2
     n = level.shape[0]
     darkest = level[0]
     lightest = level[n - 1]
@@ -50,24 +78,20 @@ def diffuse_dots(
         bottom = height if bottom > height else bottom
         y = top + (cy - top) % h
         while y < bottom:
-            row = y - first
-            base = ((row + 1) * w + cx) * span + 1
-            x = cx
+            base = ((y - first + 1) * w + cx) * span + 1
             for t in range(count):
-                value[t] = light[row, x]
-                x += w
+                value[t] = share[np.uint64(base + t)]
             for j in range(cell[c, 4]):
                 place = base + link[c, j]
                 part = weight[c, j]
                 for t in range(count):
-                    value[t] += part * share[place + t]
-            shown = start <= y and y < stop
-            x = cx
+                    value[t] += part * share[np.uint64(place + t)]
+            inside = start <= y and y < stop
+            place = ((y - start) * w + cx) * most if inside else 0
             if n == 2:
-                if shown:
+                if inside:
                     for t in range(count):
-                        out[y - start, x] = bright if value[t] >= half else dark
-                        x += w
+                        shown[np.uint64(place + t)] = bright if value[t] >= half else dark
                 for t in range(count):
                     v = value[t]
                     value[t] = v - lightest if v >= half else v - darkest
@@ -81,13 +105,12 @@ def diffuse_dots(
                     while i < n - 1 and v >= middle[i]:
                         i += 1
                     value[t] = v - level[i]
-                    if shown:
-                        out[y - start, x] = index[i]
-                    x += w
+                    if inside:
+                        shown[np.uint64(place + t)] = index[i]
             edge = (1 if y == 0 else 0) + (2 if y == height - 1 else 0)
             part = rim[c, edge]
             for t in range(count):
-                share[base + t] = value[t] * part
+                share[np.uint64(base + t)] = value[t] * part
             left = 4 if cx == 0 else 0
             if left:
                 share[base] = value[0] * rim[c, edge + 4]
@@ -95,6 +118,11 @@ def diffuse_dots(
                 both = left if count == 1 else 0
                 share[base + count - 1] = value[count - 1] * rim[c, edge + 8 + both]
             y += h
+    for r in range(stop - start):
+        for cx in range(w if w < width else width):
+            place = (r * w + cx) * most
+            for t in range((width - cx + w - 1) // w):
+                out[r, np.uint64(cx + t * w)] = shown[np.uint64(place + t)]
 
 
 @kernel("i8[:]; i8[:]; i8[:,:]; f4[:]; f4[:,:]; u1[:,:]")

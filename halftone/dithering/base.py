@@ -43,19 +43,22 @@ class Job:
     """One picture for one device: light already within the range of the levels.
 
     dpi : dots per inch across and down, or None where the device does not say.
+    workers : the most bands that will be worked on at once.
     """
 
     source: Source
     levels: Levels
     dpi: tuple[float, float] | None = None
+    workers: int = 1
 
 
 class Halftoner(Protocol):
     """Turns bands of rows into level indices.
 
-    Where ``parallel`` is true, bands may come in any order and from several threads; otherwise
-    they come once each, from the top, and state is carried from one to the next. The result does
-    not depend on the height of the bands.
+    Bands come once each. Where ``parallel`` is true, they may run at once in several threads: they
+    are started in order from the top, at most the job's ``workers`` at a time. Otherwise they run one
+    after the other, and state is carried from each to the next. The result depends on neither height
+    nor number.
     """
 
     parallel: bool
@@ -65,6 +68,11 @@ class Halftoner(Protocol):
 
         *out* is C-contiguous, ((stop − start)·scale, N·scale) with the method's ``scale``.
         """
+
+    # Where it has them:
+    # band_rows: int, the height of bands that suits it better than BAND_ROWS.
+    # threads: int, in which it works on one band.
+    # stop() -> None, called when the run was interrupted or failed: threads that wait give up.
 
 
 class Method:

@@ -13,9 +13,13 @@ from halftone.dithering.filters import FILTERS, ErrorFilter
 from halftone.dithering.modulation import Modulation
 from halftone.dithering.toned import Taps, Toned, enhanced_side, started, text_of
 from halftone.dithering.warm import check_start
+from halftone.dithering.wave import WaveCodes, WaveLight, few_rounds
 from halftone.errors import UsageError, near
 
 __all__ = ["ErrorDiffusion", "FloydSteinberg"]
+
+LINEAR = (np.arange(256) / 255).astype(np.float32)
+"""The light of 8-bit codes that are light."""
 
 
 @dataclass(frozen=True)
@@ -71,15 +75,20 @@ class ErrorDiffusion(Method):
         return self.filter.source
 
     def text(self) -> str:
-        return text_of(self.filter.name, self, ErrorDiffusion())
+        return text_of(self.filter.name, self)
 
     def halftoner(self, job: Job) -> Halftoner:
         modulation = Modulation(self.noise, self.edges, self.seed)
         if modulation.reach >= 0:
             taps = Taps.of(self.filter, self.strength)
             return started(self, job, lambda inner: Toned(inner, taps, modulation, self))
-        if self.start == "cold" and self._integer(job):
-            return _Codes(self, job)
+        if self.start == "cold":
+            if self._integer(job):
+                return _Codes(self, job) if self.serpentine else WaveCodes(job, self.from_right)
+            if not self.serpentine and few_rounds(job.levels):
+                return WaveLight(job, self.filter, self.strength, self.from_right)
+            if _Four.takes(self, job):
+                return _Four(self, job)
         return started(self, job, lambda inner: _Light(self, inner))
 
     def _integer(self, job: Job) -> bool:
@@ -89,8 +98,8 @@ class ErrorDiffusion(Method):
             and self.strength == 1
             and coded is not None
             and coded[0].dtype == np.uint8
-            and np.array_equal(job.levels.distinct, [0, 1])
-            and np.array_equal(coded[1], (np.arange(256) / 255).astype(np.float32))
+            and job.levels.distinct.tolist() == [0, 1]
+            and np.array_equal(coded[1], LINEAR)
         )
 
 
@@ -128,6 +137,41 @@ class _Light:
             self.dy, self.dx, self.weight, *self.left,
             levels.distinct, self.middle, levels.index, self.bucket, self.scale,
             start, *self.scan,
+        )  # fmt: skip
+
+
+class _Four:
+    """State between bands of the kernel for 8-bit codes, two levels and four places."""
+
+    parallel = False
+    PLACES = ((0, 1), (1, -1), (1, 0), (1, 1))
+
+    def __init__(self, method: ErrorDiffusion, job: Job) -> None:
+        share = {t[:2]: t[2] * method.strength / method.filter.divisor for t in method.filter.taps}
+        self.weight = np.array([share.get(place, 0.0) for place in self.PLACES], np.float32)
+        self.carry = np.zeros(job.source.shape[1] + 2, np.float32)
+        self.scan = (int(method.serpentine), int(method.from_right))
+        self.job = job
+        self.half = float(job.levels.middles()[0])
+        coded = job.source.codes()
+        assert coded is not None
+        self.codes, light = coded
+        self.table = np.clip(light, job.levels.distinct[0], job.levels.distinct[-1])
+
+    @classmethod
+    def takes(cls, method: ErrorDiffusion, job: Job) -> bool:
+        coded = job.source.codes()
+        fits = all(t[:2] in cls.PLACES for t in method.filter.taps)
+        return (
+            fits and job.levels.distinct.size == 2 and coded is not None and coded[0].dtype == np.uint8
+        )
+
+    def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
+        from halftone.dithering._diffusion_kernels import diffuse_four
+
+        diffuse_four(
+            np.ascontiguousarray(self.codes[start:stop]), self.table, out, self.carry, self.weight,
+            self.job.levels.distinct, self.half, self.job.levels.index, start, *self.scan,
         )  # fmt: skip
 
 

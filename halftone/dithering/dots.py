@@ -125,6 +125,10 @@ class _Dots:
         self.rim = np.where(plan.total > 0, rim, 0).astype(np.float32)
         self.middle = job.levels.middles()
         self.bucket, self.scale = job.levels.buckets()
+        coded = job.source.codes()
+        self.coded = coded if coded is not None and coded[0].dtype == np.uint8 else None
+        self.spare: list[NDArray[np.float32]] = []
+        """Shares of bands that are done: fresh memory would cost as much as a third of the work."""
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
         from halftone.dithering._dots_kernels import diffuse_dots
@@ -132,12 +136,34 @@ class _Dots:
         height = self.job.source.shape[0]
         levels = self.job.levels
         h, w = self.tile
-        first = max(0, start - self.halo[0])
-        light = self.job.source.band(first, min(height, stop + self.halo[1]))
-        share = np.zeros((light.shape[0] + 2) * w * (self.count + 2), np.float32)
+        first, last = max(0, start - self.halo[0]), min(height, stop + self.halo[1])
+        share = self._shares(first, last)
         diffuse_dots(
-            light, out, share, np.empty(self.count, np.float32),
+            out, share, np.empty(self.count, np.float32),
+            np.empty((stop - start) * w * self.count, np.uint8),
             self.cell, self.link, self.weight, self.rim,
             levels.distinct, self.middle, levels.index, self.bucket, self.scale,
             h, w, first, start, stop, height,
         )  # fmt: skip
+        self.spare.append(share)
+
+    def _shares(self, first: int, last: int) -> NDArray[np.float32]:
+        """The light of rows first … last−1 as the kernel wants it, with zeros around."""
+        from halftone.dithering._dots_kernels import part_codes, part_light
+
+        w = self.tile[1]
+        row = w * (self.count + 2)
+        try:
+            share = self.spare.pop()
+        except IndexError:
+            share = np.empty(0, np.float32)
+        if share.size < (last - first + 2) * row:
+            share = np.zeros((last - first + 2) * row, np.float32)
+        # All else around is 0 still; here may be a row of a taller band.
+        share[(last - first + 1) * row :][:row] = 0
+        if self.coded is None:
+            part_light(self.job.source.band(first, last), share, w)
+        else:
+            codes, known = self.coded
+            part_codes(np.ascontiguousarray(codes[first:last]), known, share, w)
+        return share

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halftone._arrays import Light, whole
-from halftone.dithering.noise import MAX_SEED, uniform_noise
+from halftone.dithering.noise import MAX_SEED, row_keys
 from halftone.errors import UsageError
 from halftone.tone.levels import Levels
 
@@ -56,34 +56,55 @@ class Modulation:
 
 
 class Decisions:
-    """For bands of light: the level below each pixel, its tone within the step, its threshold."""
+    """For bands of light: the level below each pixel, its tone within the step, its threshold.
+
+    least, most : float32, for every step, the values between which the threshold decides.
+    """
 
     def __init__(self, levels: Levels, modulation: Modulation) -> None:
         self.distinct = levels.distinct
         self.modulation = modulation
+        width = np.broadcast_to(np.asarray(modulation.noise), 256)
+        self.wide = np.ascontiguousarray(width, np.float64)
+        low, high = self.distinct[:-1], self.distinct[1:]
+        middle = levels.middles()
+        # The nearest level: at the middle the upper one, so the threshold is the number before it.
+        before = np.nextafter(middle, np.float32(-np.inf))
+        self.fixed = np.zeros(0, np.float32) if modulation.reach >= 0 else before
+        if self.distinct.size == 2:
+            # Thresholds lie well within the reach: beyond it, the nearest level is on their side.
+            self.least, self.most = (np.array([v], np.float32) for v in (-np.inf, np.inf))
+        elif modulation.reach < 0:
+            self.least = np.append(np.float32(-np.inf), middle[:-1])
+            self.most = np.append(before[1:], np.float32(np.inf))
+        else:
+            far = np.float32(modulation.reach) * (high - low)
+            self.least, self.most = low - far, high + far
 
-    def band(self, light: Light, start: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], Light]:
-        """(low, tone, threshold) for rows from *start* on.
+    def band(
+        self, light: Light, noise: Light
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float32]]:
+        """(low, tone, threshold) of *light*, with the rows' random numbers, or (0, 0) without.
 
         low : index of the distinct level at or below the light, at most the last but one.
         tone : 0 … 255, the light's place between low and the next, rounded.
         threshold : the light above which the next level is shown.
         """
-        low = np.searchsorted(self.distinct[1:-1], light, side="right")
-        base = self.distinct[low].astype(np.float64)
-        step = self.distinct[low + 1] - base
-        share = np.clip((light - base) / step, 0, 1)
-        tone = np.rint(share * 255).astype(np.uint8)
-        shift = -self.modulation.edges * (share - 0.5)
-        width = self.modulation.noise
-        if np.any(width):
-            rows, columns = light.shape
-            noise = uniform_noise(self.modulation.seed, start, start + rows, columns)
-            wide = width[tone] if isinstance(width, np.ndarray) else np.float64(width)
-            shift = shift + (noise.astype(np.float64) - 0.5) * wide
-        # A pixel exactly on a level keeps it.
-        shift = np.where(
-            share == 0, np.maximum(shift, 0), np.where(share == 1, np.minimum(shift, 0), shift)
-        )
-        threshold = (base + (0.5 + shift) * step).astype(np.float32)
-        return low.astype(np.uint8), tone, threshold
+        from halftone.dithering._toned_kernels import decide
+
+        low, tone = (np.empty(light.shape, np.uint8) for _ in range(2))
+        threshold = np.empty(light.shape, np.float32)
+        edges = float(self.modulation.edges)
+        decide(light, noise, low, tone, threshold, self.distinct, self.fixed, self.wide, edges)
+        return low, tone, threshold
+
+    def noise(self, start: int, stop: int, width: int) -> Light:
+        """Random numbers of rows start … stop−1, as :func:`uniform_noise`; (0, 0) if not wanted."""
+        from halftone.dithering._toned_kernels import draw_noise
+
+        noise = np.empty((stop - start, width) if self.wide.any() else (0, 0), np.float32)
+        if noise.size:
+            keys = row_keys(self.modulation.seed, start, stop)
+            with np.errstate(over="ignore"):  # where the kernel runs as plain Python
+                draw_noise(keys.view(np.int64), noise)
+        return noise

@@ -16,9 +16,12 @@ from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
 from halftone.dithering.ordered import step_up
 from halftone.errors import UsageError
 
-__all__ = ["RandomDither", "uniform_noise"]
+__all__ = ["MAX_SEED", "RandomDither", "row_keys", "uniform_noise"]
 
 MAX_SEED = (1 << 64) - 1
+GOLDEN = 0x9E3779B97F4A7C15
+CACHED = 16384
+"""Counters mixed at a time: few enough to stay in the cache."""
 
 SHAPES = ("uniform", "triangular")
 
@@ -75,14 +78,18 @@ class _Random:
         self.method, self.job = method, job
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
-        method, levels = self.method, self.job.levels
-        noise = uniform_noise(method.seed, start, stop, out.shape[1])
+        threshold = self._thresholds(start, stop, out.shape[1])
+        step_up(self.job.source.band(start, stop), threshold, self.job.levels, out)
+
+    def _thresholds(self, start: int, stop: int, width: int) -> Light:
+        method = self.method
+        noise = uniform_noise(method.seed, start, stop, width)
         if method.noise == "triangular":
-            noise = (noise + uniform_noise(~method.seed, start, stop, out.shape[1])) / np.float32(2)
+            noise = (noise + uniform_noise(~method.seed, start, stop, width)) / np.float32(2)
+        if method.strength == 1:
+            return noise  # to the last bit what follows
         half = np.float32(0.5)
-        threshold = half + np.float32(method.strength) * (noise - half)
-        light = self.job.source.band(start, stop)
-        np.take(levels.index, step_up(light, threshold, levels.distinct), out=out)
+        return half + np.float32(method.strength) * (noise - half)
 
 
 def uniform_noise(seed: int, start: int, stop: int, width: int) -> Light:
@@ -92,15 +99,38 @@ def uniform_noise(seed: int, start: int, stop: int, width: int) -> Light:
     Lea & Flood 2014), once for the row and once for the pixel. 22 bits, so that no product with a
     float32 step rounds up to the step.
     """
-    seed &= (1 << 64) - 1
-    golden = 0x9E3779B97F4A7C15
-    rows = np.arange(start + 1, stop + 1).astype(np.uint64) * np.uint64(golden)
-    columns = np.arange(1, width + 1, dtype=np.uint64) * np.uint64(golden)
-    mixed = _mix(_mix(rows + np.uint64(seed))[:, None] + columns[None, :])
-    return ((mixed >> np.uint64(42)).astype(np.float32) + np.float32(0.5)) * np.float32(2.0**-22)
+    keys = row_keys(seed, start, stop)[:, None]
+    columns = np.arange(1, width + 1, dtype=np.uint64) * np.uint64(GOLDEN)
+    noise = np.empty((stop - start, width), np.float32)
+    some = max(1, CACHED // width)
+    z, shifted = (np.empty((some, width), np.uint64) for _ in range(2))
+    for first in range(0, stop - start, some):
+        part = noise[first : first + some]
+        z, shifted = z[: len(part)], shifted[: len(part)]
+        np.add(keys[first : first + some], columns, out=z)
+        _mix(z, shifted)
+        np.right_shift(z, np.uint64(42), out=z)
+        part[:] = z.view(np.int64)  # signed: that conversion is one instruction
+        part += np.float32(0.5)
+        part *= np.float32(2.0**-22)
+    return noise
 
 
-def _mix(z: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
+def row_keys(seed: int, start: int, stop: int) -> NDArray[np.uint64]:
+    """What the counters of rows start … stop−1 begin with."""
+    rows = np.arange(start + 1, stop + 1).astype(np.uint64) * np.uint64(GOLDEN)
+    keys = rows + np.uint64(seed & MAX_SEED)
+    _mix(keys, np.empty_like(keys))
+    keys ^= keys >> np.uint64(31)
+    return keys
+
+
+def _mix(z: NDArray[np.uint64], shifted: NDArray[np.uint64]) -> None:
+    """SplitMix64's finaliser in place, without its last step, z ^= z >> 31.
+
+    That step changes none of the upper 31 bits. *shifted* : work space of the size of *z*.
+    """
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        np.right_shift(z, np.uint64(shift), out=shifted)
+        np.bitwise_xor(z, shifted, out=z)
+        np.multiply(z, np.uint64(factor), out=z)

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import Light, shortest
-from halftone.dithering.base import NO_CLAIM, Claim, Job, Method, check_strength
-from halftone.screens.order import Screen, tiled
+from halftone._arrays import Light, Pixels, shortest
+from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_strength
+from halftone.screens.order import Screen, Tiling, tiled
+from halftone.tone.levels import Levels
 
 __all__ = ["Ordered", "step_up"]
 
@@ -47,80 +48,97 @@ class Ordered(Method):
         tail = "" if self.strength == 1 else f":strength={shortest(self.strength)}"
         return self.screen.name + tail
 
-    def halftoner(self, job: Job) -> _Ordered:
+    def halftoner(self, job: Job) -> Halftoner:
+        coded = job.source.codes()
+        if coded is None:
+            return _OrderedLight(job, self._drawn(self.screen.thresholds))
+        values, rank = self.screen.ranked
+        return _OrderedCodes(job, *coded, self._drawn(values), rank)
+
+    def _drawn(self, threshold: Light) -> Light:
+        """Thresholds drawn towards ½ by the strength."""
         half = np.float32(0.5)
-        tile = half + np.float32(self.strength) * (self.screen.thresholds - half)
-        return _Ordered(job, tile)
+        return half + np.float32(self.strength) * (threshold - half)
 
 
-def step_up(light: Light, threshold: Light, distinct: Light) -> NDArray[np.intp]:
-    """Index into *distinct* of what each pixel shows: the rule of this module, for any levels."""
+def step_up(light: Light, threshold: Light, levels: Levels, out: NDArray[np.uint8]) -> None:
+    """Level indices of what each pixel shows into *out*: the rule of this module, for any levels."""
+    distinct = levels.distinct
     if distinct.size == 2:
-        up: NDArray[np.bool_] = light - distinct[0] > threshold * (distinct[1] - distinct[0])
-        return up.astype(np.intp)
+        up = out.view(np.bool_)
+        np.greater(light - distinct[0], threshold * (distinct[1] - distinct[0]), out=up)
+        _name(levels, out)
+        return
     low = np.searchsorted(distinct[1:-1], light, side="right")
     base = distinct[low]
-    return np.add(low, light - base > threshold * (distinct[low + 1] - base), dtype=np.intp)
+    up = light - base > threshold * (distinct[low + 1] - base)
+    np.take(levels.index, np.add(low, up, out=low), out=out)
 
 
-class _Ordered:
-    """Compares light with thresholds; integer codes with thresholds encoded once as codes."""
+def _name(levels: Levels, out: NDArray[np.uint8]) -> None:
+    """0 and 1 to the level indices of the two levels."""
+    if levels.index[0] != 0 or levels.index[1] != 1:
+        np.take(levels.index, out, out=out)
+
+
+class _OrderedLight:
+    """Compares light with thresholds."""
 
     parallel = True
 
     def __init__(self, job: Job, tile: Light) -> None:
         self.job = job
         self.tile = tile
-        self.coded = job.source.codes()
-        if self.coded is not None:
-            self._encode(self.coded[1])
-
-    def _encode(self, light: Light) -> None:
-        """For every code the level below it, and how many of the screen's thresholds it passes."""
-        distinct = self.job.levels.distinct
-        values, rank = np.unique(self.tile, return_inverse=True)
-        kind = np.uint16 if values.size < 1 << 16 else np.uint32
-        self.rank = rank.reshape(self.tile.shape).astype(kind)
-        low = np.searchsorted(distinct[1:-1], light, side="right")
-        base, above = distinct[low], distinct[low + 1]
-        self.low = self.job.levels.index[low]
-        self.high = self.job.levels.index[low + 1]
-        # The number of thresholds passed, by bisection: passing is monotone in the threshold.
-        first, last = np.zeros(light.size, np.int64), np.full(light.size, values.size)
-        while (first < last).any():
-            middle = (first + last) // 2
-            passed = light - base > values[np.minimum(middle, values.size - 1)] * (above - base)
-            open_ = first < last
-            first = np.where(open_ & passed, middle + 1, first)
-            last = np.where(open_ & ~passed, middle, last)
-        self.passed = first.astype(kind)
-        self.cut = self._cut(distinct, light) if distinct.size == 2 and light.size == 256 else None
-
-    def _cut(self, distinct: Light, light: Light) -> NDArray[np.uint8] | None:
-        """Two levels, light that rises with the code: a pixel is light where code > cut."""
-        if (np.diff(light) < 0).any():
-            return None
-        ranks = np.arange(int(self.rank.max()) + 1)
-        codes = np.searchsorted(self.passed, ranks, side="right")
-        if codes.min() < 1:
-            return None
-        cut: NDArray[np.uint8] = (codes - 1).astype(np.uint8)[self.rank]
-        return cut
 
     def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
-        width = out.shape[1]
-        index = self.job.levels.index
-        if self.coded is None:
-            light = self.job.source.band(start, stop)
-            threshold = tiled(self.tile, start, stop - start, width)
-            np.take(index, step_up(light, threshold, self.job.levels.distinct), out=out)
+        light = self.job.source.band(start, stop)
+        threshold = tiled(self.tile, start, stop - start, out.shape[1])
+        step_up(light, threshold, self.job.levels, out)
+
+
+class _OrderedCodes:
+    """Compares codes with thresholds encoded as codes; *values* are the thresholds, ascending.
+
+    With two levels, and a code that shows the lighter one whenever a lower code does, every place
+    has the last code that stays dark: the *cut*. Else each code has the number of thresholds that it
+    passes on its step, and every place the rank of its threshold.
+    """
+
+    parallel = True
+
+    def __init__(
+        self, job: Job, codes: Pixels, light: Light, values: Light, rank: NDArray[np.uint32]
+    ) -> None:
+        self.levels = job.levels
+        self.codes = codes
+        distinct = job.levels.distinct
+        low = np.searchsorted(distinct[1:-1], light, side="right")
+        self.passed = np.empty(light.size, np.uint32)
+        for step in np.flatnonzero(np.bincount(low)):
+            on = low == step
+            base, above = distinct[step], distinct[step + 1]
+            self.passed[on] = np.searchsorted(values * (above - base), light[on] - base, side="left")
+        self.cut: Tiling | None = None
+        if distinct.size == 2 and self.passed[0] == 0 and (self.passed[1:] >= self.passed[:-1]).all():
+            dark = np.bincount(self.passed, minlength=values.size + 1).cumsum()[: values.size]
+            cut = np.take((dark - 1).astype(codes.dtype), rank)
+            self.cut = Tiling(cut, *job.source.shape)
             return
-        codes = self.coded[0][start:stop]
+        kind = np.min_scalar_type(values.size)
+        self.passed = self.passed.astype(kind)
+        self.rank = Tiling(rank.astype(kind), *job.source.shape)
+        self.low = job.levels.index[low]
+        self.high = job.levels.index[low + 1]
+
+    def band(self, start: int, stop: int, out: NDArray[np.uint8]) -> None:
+        codes = self.codes[start:stop]
         if self.cut is not None:
-            np.greater(codes, tiled(self.cut, start, stop - start, width), out=out.view(np.bool_))
-            if index[1] != 1 or index[0] != 0:
-                np.take(index, out, out=out)
+            np.greater(codes, self.cut.rows(start, stop - start), out=out.view(np.bool_))
+            _name(self.levels, out)
             return
-        rank = tiled(self.rank, start, stop - start, width)
-        up = rank < np.take(self.passed, codes)
-        out[:] = np.where(up, np.take(self.high, codes), np.take(self.low, codes))
+        up = self.rank.rows(start, stop - start) < np.take(self.passed, codes)
+        np.take(self.low, codes, out=out)
+        if (self.high - self.low == 1).all():
+            out += up.view(np.uint8)
+        else:
+            np.copyto(out, np.take(self.high, codes), where=up)

@@ -9,7 +9,7 @@ follows, a file's name too: ``dots:mese16``, ``dots:own.csv``. Only the family t
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -140,11 +140,18 @@ def method(spec: str | Method, **options: Any) -> Method:
         if isinstance(spec, type) or not hasattr(spec, "halftoner"):
             raise UsageError(f"method={spec!r}; allowed: a name, or a method as FloydSteinberg()")
         return spec.with_options(**given) if given else spec
+    # A mask is read from its file each time; any other text always means the same.
+    made = _named.__wrapped__(spec) if "mask" in spec.lower() else _named(spec)
+    return made.with_options(**given) if given else made
+
+
+@lru_cache(maxsize=64)
+def _named(spec: str) -> Method:
     made = _prefixed(spec)
     if made is None:
         name, *parts = _canonical(spec).split(":")
         made = _make(spec, name, parts)
-    return made.with_options(**given) if given else made
+    return made
 
 
 def _prefixed(spec: str) -> Method | None:

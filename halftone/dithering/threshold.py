@@ -63,7 +63,7 @@ class _PerStep:
         levels = self.job.levels
         light = self.job.source.band(start, stop)
         low = np.searchsorted(levels.distinct[1:-1], light, side="right")
-        np.take(levels.index, step_up(light, self.share[low], levels.distinct), out=out)
+        step_up(light, self.share[low], levels, out)
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["declared_size", "exact_pnm"]
+__all__ = ["declared_size", "exact_pnm", "progressive_size"]
 
 
 def declared_size(head: bytes) -> tuple[int, int] | None:
@@ -27,8 +27,27 @@ def declared_size(head: bytes) -> tuple[int, int] | None:
     return None
 
 
+def progressive_size(file: BinaryIO) -> tuple[int, int] | None:
+    """(width, height) of a progressive JPEG (ITU-T T.81, B.2), None for any other file.
+
+    Its coefficients are read as a whole when it is opened.
+    """
+    file.seek(0)
+    if file.read(2) != b"\xff\xd8":
+        return None
+    while len(marker := file.read(4)) == 4 and marker[0] == 0xFF:
+        kind, length = marker[1], int.from_bytes(marker[2:], "big")
+        if kind in (0xC2, 0xC6, 0xCA, 0xCE):  # SOF of a progressive scan
+            size = file.read(5)
+            return int.from_bytes(size[3:5], "big"), int.from_bytes(size[1:3], "big")
+        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
+            return None
+        file.seek(length - 2, 1)
+    return None
+
+
 def exact_pnm(pixels: NDArray[Any], place: str) -> NDArray[Any]:
-    """Pixels of a PGM or PPM as they are, where OpenImageIO rounded them down.
+    """Pixels of a plain PGM or PPM as they are, where OpenImageIO rounded them down.
 
     It gives ⌊v·full/maxval⌋ for the value v, from which v follows; it is returned as a 16-bit code.
     """

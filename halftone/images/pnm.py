@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,25 +11,43 @@ from halftone.errors import UsageError
 from halftone.packing import Packing, pack
 
 if TYPE_CHECKING:
-    from halftone.frame import Frame
+    from halftone.frame import Bands, Frame
+    from halftone.images.output import Output
 
-__all__ = ["encode_pbm", "encode_pgm"]
+__all__ = ["encode_pbm", "encode_pgm", "write_pbm", "write_pgm"]
+
+
+def write_pbm(bands: Bands, file: Output) -> None:
+    """Two levels as P4, where 1 is black."""
+    if len(bands.levels) != 2:
+        raise UsageError(
+            f"PBM holds 2 levels and the frame has {len(bands.levels)}; use PGM, PNG, TIFF or raw"
+        )
+    height, width = bands.shape
+    file.write(b"P4\n%d %d\n" % (width, height))
+    for indices in bands.indices:
+        file.write(pack(indices, Packing(1, codes=(1, 0))).data)
+
+
+def write_pgm(bands: Bands, file: Output) -> None:
+    """Any levels as P5: maxval n−1 where the levels are sRGB's own n codes, else sRGB codes of 255."""
+    height, width = bands.shape
+    n = len(bands.levels)
+    ladder = np.array_equal(bands.levels.srgb(), np.rint(np.arange(n) * 255 / (n - 1)))
+    file.write(b"P5\n%d %d\n%d\n" % (width, height, n - 1 if ladder else 255))
+    for part in bands:
+        file.write(np.ascontiguousarray(part.indices if ladder else part.preview()).data)
 
 
 def encode_pbm(frame: Frame) -> bytes:
-    """Two levels as P4, where 1 is black."""
-    if len(frame.levels) != 2:
-        raise UsageError(
-            f"PBM holds 2 levels and the frame has {len(frame.levels)}; use PGM, PNG, TIFF or raw"
-        )
-    height, width = frame.shape
-    return b"P4\n%d %d\n" % (width, height) + pack(frame.indices, Packing(1, codes=(1, 0))).tobytes()
+    """Two levels as the bytes of a PBM file."""
+    file = io.BytesIO()
+    write_pbm(frame.bands(), file)
+    return file.getvalue()
 
 
 def encode_pgm(frame: Frame) -> bytes:
-    """Any levels as P5: maxval n−1 where the levels are sRGB's own n codes, else sRGB codes of 255."""
-    height, width = frame.shape
-    n = len(frame.levels)
-    ladder = np.array_equal(frame.levels.srgb(), np.rint(np.arange(n) * 255 / (n - 1)))
-    values = frame.indices if ladder else frame.preview()
-    return b"P5\n%d %d\n%d\n" % (width, height, n - 1 if ladder else 255) + values.tobytes()
+    """The bytes of a PGM file."""
+    file = io.BytesIO()
+    write_pgm(frame.bands(), file)
+    return file.getvalue()

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from halftone._arrays import Light
+from halftone._arrays import BAND_ROWS, Light, PixelRows, Source
 from halftone.errors import UsageError
+from halftone.images.rows import piece_rows
 
-__all__ = ["FITS", "cells", "parse_size", "place", "resize", "target_size"]
+__all__ = ["FITS", "Cells", "LightRows", "parse_size", "place", "resize", "target_size"]
+
+LANCZOS, HAMMING = 1, 5
+"""Pillow's numbers of the filters (PIL.Image.Resampling)."""
 
 FITS = {
     "contain": "the whole picture, over the background where its shape differs",
@@ -47,65 +53,144 @@ def target_size(
     return width, height
 
 
+class _Made:
+    """Light (M, N), of which bands of rows are made when they are asked for."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.shape: tuple[int, ...] = shape
+        self.ndim, self.nbytes = 2, 0
+        self.dtype: np.dtype[Any] = np.dtype(np.float32)
+
+
+class LightRows(_Made):
+    """The light of a source."""
+
+    def __init__(self, source: Source) -> None:
+        super().__init__(source.shape)
+        self.source = source
+
+    def __getitem__(self, rows: slice) -> Light:
+        start, stop, _ = rows.indices(self.shape[0])
+        return self.source.band(start, stop)
+
+
+Picture = Light | PixelRows
+Box = tuple[int, int, int, int]
+"""First row, first column, rows and columns of a part of a picture."""
+
+
 def resize(light: Light, width: int, height: int) -> Light:
     """Linear light (M, N) or (M, N, 3) at *width* × *height*, with anti-aliasing (Pillow).
 
     Lanczos for pictures within 0 … 1; with highlights above 1, whose lobes would ring black around
     them, the Hamming window, which never leaves the range of its input.
     """
+    if (light.shape[1], light.shape[0]) == (width, height):
+        return light
+    out = np.empty((height, width, *light.shape[2:]), np.float32)
+    _resize(light, (0, 0, light.shape[0], light.shape[1]), out)
+    return out
+
+
+def _resize(light: Picture, box: Box, out: Light) -> None:
+    """The part *box* of *light* at the size of *out*.
+
+    First across, then down, as Pillow does (before 13; since then it takes the cheaper order, which
+    rounds otherwise in the last bit). Each goes by parts, which gives the same to the last bit, so
+    that *light* is never held whole.
+    """
+    height, width = out.shape[:2]
+    filter = LANCZOS
+    across = _across(light, box, width, filter)
+    if across is None:
+        filter = HAMMING
+        across = _across(light, box, width, filter)
+    assert across is not None
+    step = piece_rows(max(box[2], height), width)
+    for x in range(0, width, step):
+        columns = across[:, x : x + step]
+        out[:, x : x + step] = _scaled(columns, columns.shape[1], height, filter)
+
+
+def _across(light: Picture, box: Box, width: int, filter: int) -> Light | None:
+    """Rows of *box* at the new width; None if light beyond 0 … 1 forbids Lanczos."""
+    top, left, rows, columns = box
+    across = np.empty((rows, width, *light.shape[2:]), np.float32)
+    step = piece_rows(light.shape[1], BAND_ROWS)
+    for y in range(0, rows, step):
+        band = light[top + y : top + min(y + step, rows)][:, left : left + columns]
+        if filter == LANCZOS and not (float(band.max()) <= 1 and float(band.min()) >= 0):
+            return None
+        across[y : y + step] = _scaled(band, width, len(band), filter)
+    return across
+
+
+def _scaled(light: Light, width: int, height: int, filter: int) -> Light:
+    """By Pillow, each channel on its own."""
     from PIL import Image
 
     if (light.shape[1], light.shape[0]) == (width, height):
         return light
     if light.ndim == 3:
-        planes = [resize(light[:, :, c], width, height) for c in range(light.shape[2])]
+        planes = [_scaled(light[:, :, c], width, height, filter) for c in range(light.shape[2])]
         return np.stack(planes, axis=2)
-    in_range = float(light.max()) <= 1 and float(light.min()) >= 0
-    filter = Image.Resampling.LANCZOS if in_range else Image.Resampling.HAMMING
     picture = Image.fromarray(np.ascontiguousarray(light, np.float32))
-    return np.asarray(picture.resize((width, height), filter))
+    return np.asarray(picture.resize((width, height), Image.Resampling(filter)))
 
 
 def place(
-    light: Light,
+    light: Picture,
     width: int,
     height: int,
     fit: str = "contain",
     background: float = 1.0,
     aspect: float = 1.0,
-) -> Light:
-    """*light* at *width* × *height* by one of :data:`FITS`; *aspect* as in :func:`target_size`."""
+) -> Picture:
+    """*light* at *width* × *height* by one of :data:`FITS`; *aspect* as in :func:`target_size`.
+
+    It is given back as it is where nothing has to be done.
+    """
     check_fit(fit)
     rows, columns = light.shape[:2]
     free = target_size(rows, columns, width, None, aspect)
+    if (columns, rows) == (width, height) and (fit == "stretch" or free == (width, height)):
+        return light
+    canvas = np.full((height, width, *light.shape[2:]), background, np.float32)
     if fit == "stretch" or free == (width, height):
-        return resize(light, width, height)
+        _resize(light, (0, 0, rows, columns), canvas)
+        return canvas
     across, down = width / columns, height * aspect / rows
     ratio = min(across, down) if fit == "contain" else max(across, down)
     inner = (max(1, round(columns * ratio)), max(1, round(rows * ratio / aspect)))
     if fit == "contain":
         inner = (min(inner[0], width), min(inner[1], height))
-        canvas = np.full((height, width, *light.shape[2:]), background, np.float32)
         y, x = (height - inner[1]) // 2, (width - inner[0]) // 2
-        canvas[y : y + inner[1], x : x + inner[0]] = resize(light, *inner)
+        _resize(light, (0, 0, rows, columns), canvas[y : y + inner[1], x : x + inner[0]])
         return canvas
     inner = (max(inner[0], width), max(inner[1], height))
     # Only what will be kept is resized: a strip of 1 × 65,000 may be cut from a wide picture.
     keep_rows = min(rows, max(1, round(height * rows / inner[1])))
     keep_columns = min(columns, max(1, round(width * columns / inner[0])))
     y, x = (rows - keep_rows) // 2, (columns - keep_columns) // 2
-    return resize(light[y : y + keep_rows, x : x + keep_columns], width, height)
+    _resize(light, (y, x, keep_rows, keep_columns), canvas)
+    return canvas
 
 
-def cells(light: Light, n: int) -> Light:
+class Cells(_Made):
     """Mean light of blocks of n × n pixels; those at the right and bottom rim repeat the edge."""
-    if n == 1:
-        return light
-    rows, columns = light.shape
-    wide = np.pad(light, ((0, -rows % n), (0, -columns % n)), mode="edge")
-    blocks = wide.reshape(wide.shape[0] // n, n, wide.shape[1] // n, n)
-    means: Light = blocks.mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
-    return means
+
+    def __init__(self, light: Picture, n: int) -> None:
+        super().__init__((-(-light.shape[0] // n), -(-light.shape[1] // n)))
+        self.light, self.n = light, n
+
+    def __getitem__(self, rows: slice) -> Light:
+        start, stop, _ = rows.indices(self.shape[0])
+        n = self.n
+        light = self.light[start * n : stop * n]
+        wide = np.pad(light, ((0, -len(light) % n), (0, -light.shape[1] % n)), mode="edge")
+        blocks = wide.reshape(wide.shape[0] // n, n, wide.shape[1] // n, n)
+        means: Light = blocks.mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
+        return means
 
 
 def check_fit(fit: str) -> None:

@@ -80,7 +80,8 @@ def is_even(screen: Screen) -> bool:
 
     A mask may hold any thresholds; an uneven one changes tone, as a curve does.
     """
-    values, count = np.unique(screen.thresholds, return_counts=True)
+    values, rank = screen.ranked
+    count = np.bincount(rank.ravel(), minlength=values.size)
     share = np.cumsum(count) / screen.thresholds.size
     half = count / 2 / screen.thresholds.size
     return bool((np.abs(values - (share - half)) <= half + 1e-6).all())

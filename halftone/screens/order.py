@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from halftone._arrays import BAND_ROWS
 from halftone.errors import UsageError
 
-__all__ = ["Screen", "from_ranks"]
+__all__ = ["Screen", "Tiling", "from_ranks", "tiled"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,20 +44,50 @@ class Screen:
     def __hash__(self) -> int:
         return hash(self.thresholds.tobytes())
 
+    @cached_property
+    def ranked(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """The different thresholds, ascending, and which of them stands at every place."""
+        values, rank = np.unique(self.thresholds, return_inverse=True)
+        return values, rank.reshape(self.thresholds.shape).astype(np.uint32)
+
     @property
     def tones(self) -> int:
         """Tones between and with two neighbouring levels."""
-        return np.unique(self.thresholds).size + 1
+        return self.ranked[0].size + 1
 
     def rows(self, y: int, count: int, width: int) -> NDArray[np.float32]:
         """Thresholds of *count* rows from row *y* on, *width* columns from column 0."""
         return tiled(self.thresholds, y, count, width)
 
 
+class Tiling:
+    """*tile* repeated over a picture (height, width), made once if that takes no more than 16 MiB."""
+
+    def __init__(self, tile: np.ndarray, height: int, width: int) -> None:
+        self.tile, self.width = tile, width
+        # Wherever in the tile a band begins, its rows then lie in one block.
+        rows = min(tile.shape[0] + BAND_ROWS, height)
+        fits = rows * width * tile.itemsize <= 1 << 24
+        self.block = tiled(tile, 0, rows, width) if fits else tile[:0]
+
+    def rows(self, y: int, count: int) -> np.ndarray:
+        """*count* rows from row *y* on."""
+        first = y % self.tile.shape[0]
+        if first + count > self.block.shape[0]:
+            return tiled(self.tile, y, count, self.width)
+        return self.block[first : first + count]
+
+
 def tiled(tile: np.ndarray, y: int, count: int, width: int) -> np.ndarray:
     """*tile* repeated: *count* rows from row *y* on, *width* columns from column 0."""
-    rows = tile[np.arange(y, y + count) % tile.shape[0]]
-    return np.ascontiguousarray(np.tile(rows, (1, -(-width // tile.shape[1])))[:, :width])
+    filled = min(tile.shape[1], width)
+    rows = np.empty((count, width), tile.dtype)
+    rows[:, :filled] = tile[np.arange(y, y + count) % tile.shape[0], :filled]
+    while filled < width:  # what is there, once more beside it
+        more = min(filled, width - filled)
+        rows[:, filled : filled + more] = rows[:, :more]
+        filled += more
+    return rows
 
 
 def from_ranks(ranks: ArrayLike, name: str, source: str = "") -> Screen:
@@ -68,4 +100,8 @@ def from_ranks(ranks: ArrayLike, name: str, source: str = "") -> Screen:
             f"screen '{name}': ranks of shape {array.shape} in which {missing} are missing or taken "
             "a different number of times; allowed: every rank 0 … n−1 equally often"
         )
-    return Screen(((array + 0.5) / counts.size).astype(np.float32), name, source)
+    screen = Screen(((array + 0.5) / counts.size).astype(np.float32), name, source)
+    values = ((np.arange(counts.size) + 0.5) / counts.size).astype(np.float32)
+    if array.dtype.kind in "iu" and (values[1:] > values[:-1]).all():
+        vars(screen)["ranked"] = values, array.astype(np.uint32)  # known: no need to sort
+    return screen

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,7 @@ class Levels:
         return np.rint(code * 255).astype(np.uint8)
 
 
+@lru_cache(maxsize=64)
 def _count(n: int, response: str | Encoding | None) -> Levels:
     if not 2 <= n <= 256:
         raise UsageError(f"levels={n}; {_ALLOWED}")

@@ -47,7 +47,7 @@ def large(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def slow(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A PNG of 1000 × 1000 pixels: about two seconds where NUMBA_DISABLE_JIT=1 is set."""
+    """A PNG of 1700 × 1700 pixels: some seconds where NUMBA_DISABLE_JIT=1 is set."""
     path = tmp_path_factory.mktemp("slow") / "slow.png"
-    Image.fromarray(np.random.default_rng(2).integers(0, 256, (1000, 1000), np.uint8)).save(path)
+    Image.fromarray(np.random.default_rng(2).integers(0, 256, (1700, 1700), np.uint8)).save(path)
     return path

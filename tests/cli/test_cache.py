@@ -25,7 +25,7 @@ def expected(gray: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def warm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """A cache filled by ``cache warm``, and what that said."""
     folder = tmp_path_factory.mktemp("cache") / "made" / "by us"
-    result = run("cache", "warm", env={"HALFTONE_CACHE_DIR": str(folder)})
+    result = run("cache", "warm", env={"HALFTONE_CACHE_DIR": str(folder)}, timeout=300)
     assert (result.code, result.err) == (0, "")
     return folder, result.text
 

@@ -6,9 +6,10 @@ import os
 import pty
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -143,3 +144,89 @@ def test_ctrl_c_keeps_what_is_whole(jobs: str, large: Path, tmp_path: Path) -> N
         with Image.open(out / name) as picture:
             assert picture.size == (6000, 4000)
             picture.load()
+
+
+@pytest.fixture(scope="module")
+def huge(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A PGM of a gigapixel, of holes: reading it takes time, but no disk."""
+    path = tmp_path_factory.mktemp("huge") / "huge.pgm"
+    head = b"P5\n32768 32768\n255\n"
+    with open(path, "wb") as file:
+        file.write(head)
+        file.truncate(len(head) + 32768**2)
+    yield path
+    path.unlink()
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize(
+    "options", [("-m", "fs"), ("-m", "dots:knuth"), ("-m", "bayer8"), ("-m", "fs", "--width", "576")]
+)
+@pytest.mark.parametrize("after", [0.0, 0.5])
+def test_ctrl_c_at_any_moment(
+    after: float, options: tuple[str, ...], jobs: str, huge: Path, tmp_path: Path
+) -> None:
+    """A gigapixel, at its start and later: no file is left, and it does not go on to its end."""
+    out = tmp_path / "out" / "out.tif"
+    out.parent.mkdir()
+    with subprocess.Popen(
+        [script(), "convert", huge, out, "-j", jobs, *options],
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        env=environment({"PYTHONFAULTHANDLER": "1"}),
+    ) as process:
+        assert process.stderr is not None
+        while process.poll() is None and str(huge) not in _opened(process.pid):
+            time.sleep(0.002)
+        time.sleep(after)  # another moment; the result must be the same
+        process.send_signal(signal.SIGINT)
+        assert process.stderr.read() == b"halftone: interrupted\n"
+        assert process.wait() == 130
+    assert names_in(out.parent) == []
+
+
+def _opened(process: int) -> set[str]:
+    """Names of the files that a process has open."""
+    names = set()
+    with suppress(OSError):  # the process, or a file of it, was closed meanwhile
+        for link in Path(f"/proc/{process}/fd").iterdir():
+            names.add(str(link.readlink()))
+    return names
+
+
+def test_ctrl_c_in_the_middle_of_a_call(tmp_path: Path) -> None:
+    """A step that neither ends nor looks around does not hold up the process."""
+    program = (
+        "import sys, time; from halftone.cli import main; import halftone.stages as s\n"
+        "s.Halftoning.bands = lambda *_: time.sleep(50)\n"
+        "main()"
+    )
+    picture = tmp_path / "in.pgm"
+    picture.write_bytes(b"P5\n1 1\n255\n\0")
+    out = tmp_path / "out.png"
+    with subprocess.Popen(
+        [sys.executable, "-c", program, "convert", picture, out],
+        stderr=subprocess.PIPE,
+        env=environment(),
+    ) as process:
+        assert process.stderr is not None
+        while process.poll() is None and not list(tmp_path.glob("*.part")):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        assert process.stderr.read() == b"halftone: interrupted\n"
+        assert process.wait(20) == 130
+    assert names_in(tmp_path) == ["in.pgm"]
+
+
+def test_ctrl_c_that_was_swallowed_is_not_forgotten() -> None:
+    """KeyboardInterrupt within an import may be lost there: the next step ends all the same."""
+    program = (
+        "import os, signal, time; from halftone.cli import console\n"
+        "console.listen()\n"
+        "try: os.kill(os.getpid(), signal.SIGINT); time.sleep(9)\n"
+        "except KeyboardInterrupt: pass\n"
+        "try: console.interruptible(lambda: time.sleep(50), lambda: None)\n"
+        "except KeyboardInterrupt: os._exit(7)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], env=environment(), timeout=30, check=False)
+    assert done.returncode == 7

@@ -93,6 +93,27 @@ def test_larger_than_the_tile_and_the_band(name, seed, levels):
     np.testing.assert_array_equal(dither(picture, DotDiffusion(name), levels=levels), expected)
 
 
+@given(st.integers(0, 2**32 - 1), ladders(), matrices(), st.sampled_from([1, 0.7]))
+def test_kernels_of_codes_equal_the_twin(seed, levels, matrix, strength):
+    random = np.random.default_rng(seed)
+    codes = random.integers(0, 256, random.integers(1, 41, 2), np.uint8)
+    ladder = Levels.of(levels)
+    table = np.clip(np.linspace(0, 1, 256, dtype=np.float32), ladder.darkest, ladder.lightest)
+    method = DotDiffusion(matrix, strength)
+    expected = twin(table[codes], levels, matrix, strength)
+    for source in (Source(codes, table), Source(table[codes])):
+        out = np.full(codes.shape, 99, np.uint8)
+        method.halftoner(Job(source, ladder)).band(0, len(codes), out)
+        np.testing.assert_array_equal(out, expected)
+
+
+@pytest.mark.parametrize("levels", [2, 5])
+def test_a_wide_picture(levels):
+    picture = np.random.default_rng(4).random((2, 33001), np.float32)
+    expected = twin(picture, Levels.of(levels).luminance, classes("knuth"))
+    np.testing.assert_array_equal(dither(picture, DotDiffusion("knuth"), levels=levels), expected)
+
+
 def test_codes_equal_their_light(camera):
     codes = camera[:100, :90]
     table = (np.arange(256) / 255).astype(np.float32)

@@ -8,10 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from halftone import Ordered, Screen, UsageError, dither
+from halftone._arrays import Source
+from halftone.dithering.base import Job
 from halftone.dithering.noise import uniform_noise
 from halftone.dithering.threshold import otsu
 from halftone.screens import bayer, from_ranks
 from halftone.screens.bayer import bayer_ranks
+from halftone.screens.order import Tiling
+from halftone.tone.levels import Levels
 from tests.oracle import point as oracle
 from tests.strategies import ladders, light
 
@@ -91,6 +95,77 @@ def test_random_equals_its_twin(picture, levels, shape, seed):
     expected = oracle.step_up(picture, threshold, np.float32(levels))
     frame = dither(picture, f"random:{shape}", levels=levels, seed=seed)
     np.testing.assert_array_equal(frame, expected)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (5, 9000), (2, 33000), (40000, 1)])
+def test_noise_is_the_same_in_parts(shape):
+    """Rows are mixed some at a time: at the seams too, the numbers are those of the twin."""
+    noise = uniform_noise(2**64 - 1, 3, 3 + shape[0], shape[1])
+    assert noise.shape == shape
+    rows = {0, shape[0] // 2, shape[0] - 1}
+    for y in rows:
+        for x in {*range(0, shape[1], 61), shape[1] - 1}:
+            assert noise[y, x] == np.float32(oracle.noise(2**64 - 1, 3 + y, x))
+
+
+@given(
+    st.integers(0, 2**32 - 1), st.sampled_from([np.uint8, np.uint16]), st.integers(1, 9),
+    st.sampled_from([1.0, 0.3, 0.0]), st.sampled_from(["rising", "falling", "any", "bright"]),
+)  # fmt: skip
+def test_any_table_of_light(seed, dtype, height, strength, kind):
+    """Also one that falls with the code, and one whose darkest light passes thresholds."""
+    random = np.random.default_rng(seed)
+    size = np.iinfo(dtype).max + 1
+    table = np.sort(random.random(size, np.float32))
+    if kind == "falling":
+        table = table[::-1].copy()
+    elif kind == "any":
+        random.shuffle(table)
+    elif kind == "bright":
+        table = (table + 1) / 2
+    codes = random.integers(0, size, (3 * height, random.integers(1, 40)), dtype)
+    tile = random.uniform(0.001, 0.999, random.integers(1, 9, 2)).astype(np.float32)
+    for levels in ([0, 1], [0, 0, 1], [0, 0.2, 0.3, 1]):
+        ladder = Levels.of(levels)
+        halftoner = Ordered(Screen(tile, "own"), strength).halftoner(Job(Source(codes, table), ladder))
+        out = np.empty(codes.shape, np.uint8)
+        for start in range(0, len(codes), height):
+            halftoner.band(start, start + height, out[start : start + height])
+        half = np.float32(0.5)
+        drawn = half + np.float32(strength) * (tile - half)
+        np.testing.assert_array_equal(out, oracle.step_up(table[codes], drawn, np.float32(levels)))
+
+
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(1, 3), st.integers(0, 99))
+def test_ranks_of_a_screen(h, w, times, seed):
+    """Known from the start or found by sorting: the same, and it gives the thresholds again."""
+    ranks = np.random.default_rng(seed).permutation(np.arange(h * w * times) // times)
+    known = from_ranks(ranks.reshape(h * times, w), "known")
+    sorted_ = Screen(known.thresholds, "sorted")
+    for found in (known.ranked, sorted_.ranked):
+        np.testing.assert_array_equal(found[0], np.unique(known.thresholds))
+        np.testing.assert_array_equal(found[0][found[1]], known.thresholds)
+    assert known.tones == sorted_.tones == h * w + 1
+
+
+@given(st.integers(1, 300), st.integers(1, 12), st.integers(1, 12), st.integers(1, 99), st.data())
+def test_tiling_repeats_its_tile(height, h, w, width, data):
+    tile = np.arange(h * w, dtype=np.uint32).reshape(h, w)
+    made = Tiling(tile, height, width)
+    y = data.draw(st.integers(0, height - 1))
+    count = data.draw(st.integers(1, height - y))
+    expected = [[(r % h) * w + c % w for c in range(width)] for r in range(y, y + count)]
+    assert made.rows(y, count).tolist() == expected
+
+
+def test_a_tiling_of_any_size():
+    """Beyond 16 MiB it is made band by band."""
+    tile = np.arange(4096, dtype=np.uint32).reshape(1024, 4)
+    small, large = Tiling(tile, 2000, 8), Tiling(tile, 2000, 5000)
+    assert small.block.size > 0
+    assert large.block.size == 0
+    for start, count in ((0, 3), (1020, 9), (1990, 10)):
+        np.testing.assert_array_equal(large.rows(start, count)[:, :8], small.rows(start, count))
 
 
 def test_noise_is_uniform_and_uncorrelated():

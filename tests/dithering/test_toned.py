@@ -9,9 +9,15 @@ from hypothesis import strategies as st
 
 import halftone.stages
 from halftone import ErrorDiffusion, UsageError, dither, method
+from halftone._arrays import Source
 from halftone.dithering import FILTERS
+from halftone.dithering.base import Job
 from halftone.dithering.curve import Riemersma, hilbert
+from halftone.dithering.modulation import Decisions, Modulation
 from halftone.dithering.toned import PLACES, ToneDiffusion, tone_table
+from halftone.tone import encoding as find_encoding
+from halftone.tone.levels import Levels
+from tests.oracle import point
 from tests.oracle import toned as oracle
 from tests.strategies import ladders, light
 
@@ -56,6 +62,97 @@ def test_modulated_filters_equal_their_twin(picture, levels, name, noise, edges,
         np.testing.assert_array_equal(
             dither(picture, name + (":raster" * (not serpentine)), levels=levels), expected
         )
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.one_of(ladders(), st.sampled_from([2, 3, 16, 256])),
+    st.sampled_from(["ostromoukhov", "zhou-fang"]),
+    st.booleans(),
+    st.booleans(),
+    st.sampled_from([0.0, 0.5, -2.0, 10.0]),
+    st.sampled_from([1.0, 0.75, 0.0]),
+    st.sampled_from(["srgb", "linear"]),
+)
+def test_tone_diffusion_of_codes_equals_its_twin(
+    random, levels, name, serpentine, right, edges, strength, encoding
+):
+    """8-bit codes have a kernel of their own; it gives what their light gives."""
+    codes = any_codes(random)
+    made = ToneDiffusion(name, serpentine, strength, right, edges=edges)
+    table = find_encoding(encoding).table(256)
+    weights, width = tone_table(name)
+    ladder = Levels.of(levels)
+    expected = oracle.diffuse_toned(
+        table[codes], ladder.luminance, list(PLACES), (weights * strength).astype(np.float32),
+        serpentine, right, width.astype(np.float32) if width.any() else 0.0, edges, 0,
+    )  # fmt: skip
+    by_code = dither(codes, made, levels=ladder, encoding=encoding)
+    np.testing.assert_array_equal(by_code, expected)
+    np.testing.assert_array_equal(dither(table[codes], made, levels=ladder), expected)
+
+
+def any_codes(seed: int) -> np.ndarray:
+    """A picture of 1 × 1 … 40 × 40: noise, a ramp or one tone with a little noise."""
+    random = np.random.default_rng(seed)
+    shape = random.integers(1, 41, 2)
+    ramp = np.linspace(0, 255, shape[0] * shape[1]).reshape(shape)
+    kinds = [
+        random.integers(0, 256, shape),
+        ramp,
+        random.integers(0, 254) + random.integers(0, 3, shape),
+    ]
+    return kinds[random.integers(3)].astype(np.uint8)
+
+
+@pytest.mark.parametrize(("name", "levels"), [("ostromoukhov", 2), ("zhou-fang", 5)])
+@pytest.mark.parametrize("right", [False, True])
+def test_tone_diffusion_of_wide_codes(name, levels, right):
+    codes = np.random.default_rng(3).integers(0, 256, (3, 33000), np.uint8)
+    table = find_encoding("srgb").table(256)
+    weights, width = tone_table(name)
+    expected = oracle.diffuse_toned(
+        table[codes], Levels.of(levels).luminance, list(PLACES), weights.astype(np.float32), True, right,
+        width.astype(np.float32) if width.any() else 0.0,
+    )  # fmt: skip
+    made = ToneDiffusion(name, from_right=right)
+    np.testing.assert_array_equal(dither(codes, made, levels=levels), expected)
+    np.testing.assert_array_equal(dither(table[codes], made, levels=levels), expected)
+
+
+@given(st.integers(0, 2**32 - 1), ladders(), st.lists(st.integers(1, 17), min_size=1), st.booleans())
+def test_bands_of_codes(seed, levels, heights, serpentine):
+    """Bands of any height give the whole, of codes and of light."""
+    codes = any_codes(seed)
+    ladder = Levels.of(levels)
+    table = np.clip(find_encoding("srgb").table(256), ladder.darkest, ladder.lightest)
+    made = ToneDiffusion("zhou-fang", serpentine, seed=seed)
+    whole = dither(codes, made, levels=levels)
+    for source in (Source(codes, table), Source(table[codes])):
+        halftoner = made.halftoner(Job(source, ladder))
+        out = np.full(codes.shape, 99, np.uint8)
+        start = number = 0
+        while start < len(codes):
+            stop = min(start + heights[number % len(heights)], len(codes))
+            halftoner.band(start, stop, out[start:stop])
+            start, number = stop, number + 1
+        np.testing.assert_array_equal(out, whole)
+
+
+@given(light(-0.1, 1.1), ladders(), st.sampled_from([0.0, 0.4, 1.0]), st.sampled_from([0.0, 3.0, -10.0]))
+def test_decisions_equal_their_twin(picture, levels, noise, edges):
+    ladder = Levels.of(levels)
+    made = Decisions(ladder, Modulation(noise, edges, 5))
+    random = made.noise(3, 3 + picture.shape[0], picture.shape[1])
+    found = made.band(picture, random)
+    for (y, x), v in np.ndenumerate(picture):
+        r = point.noise(5, 3 + y, x)
+        if noise:
+            assert random[y, x] == np.float32(r)
+        low, tone, threshold = oracle.decision(v, ladder.distinct, noise, edges, r)
+        assert (found[0][y, x], found[1][y, x]) == (low, tone)
+        if noise or edges:
+            assert found[2][y, x] == threshold
 
 
 @settings(max_examples=6)
@@ -145,16 +242,14 @@ def test_warm_bands_give_the_whole(picture, levels, rows, name):
 @given(light(), ladders(), st.booleans())
 def test_a_warm_start_is_diffusion_over_mirrored_margins(picture, levels, serpentine):
     """The margins are nothing but more picture, and the first carries are known."""
-    from halftone._arrays import Source
-    from halftone.dithering.base import Job
+    from halftone.dithering.diffusion import _Light
     from halftone.dithering.noise import uniform_noise
     from halftone.dithering.warm import COLUMNS, ROWS, _payable
-    from halftone.tone import Levels
 
     ladder = Levels.of(levels)
     wide = np.pad(picture, ((ROWS, 0), (COLUMNS, COLUMNS)), mode="symmetric")
     wide = np.clip(wide, ladder.distinct[0], ladder.distinct[-1])
-    cold = ErrorDiffusion("floyd-steinberg", serpentine).halftoner(Job(Source(wide), ladder))
+    cold = _Light(ErrorDiffusion("floyd-steinberg", serpentine), Job(Source(wide), ladder))
     low = np.searchsorted(ladder.distinct[1:-1], wide[:1], side="right")
     noise = uniform_noise(0, 0, 1, wide.shape[1]) - np.float32(0.5)
     cold.carry[:1] = noise * _payable(wide[:1], low, ladder.distinct)

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from halftone._arrays import Source
 from halftone.errors import UsageError
-from halftone.images.resize import FITS, parse_size, place, resize, target_size
+from halftone.images import resize as resize_module
+from halftone.images.resize import FITS, Cells, LightRows, parse_size, place, resize, target_size
 
 lengths = st.integers(1, 60)
 sides = st.one_of(st.none(), st.integers(1, 90))
@@ -97,6 +99,60 @@ def test_smaller_pictures_keep_their_mean(rows: int, columns: int, factor: int, 
     light = np.random.default_rng(seed).random((rows, columns)).astype(np.float32)
     big = light.repeat(factor, axis=0).repeat(factor, axis=1)
     assert abs(resize(big, columns, rows).mean() - light.mean()) < 0.03
+
+
+def _by_pillow(light: np.ndarray, width: int, height: int) -> np.ndarray:
+    """The definition: all rows, then all columns, by the window that the extremes ask for."""
+    from PIL import Image
+
+    in_range = light.max() <= 1 and light.min() >= 0
+    filter = Image.Resampling.LANCZOS if in_range else Image.Resampling.HAMMING
+    across = Image.fromarray(light).resize((width, light.shape[0]), filter)
+    down = np.asarray(across.resize((width, height), filter))
+    at_once = np.asarray(Image.fromarray(light).resize((width, height), filter))
+    assert np.abs(down - at_once).max() <= 1e-5  # Pillow chooses its own order of the two
+    return down
+
+
+@given(
+    lengths, lengths, st.integers(1, 90), st.integers(1, 90), st.integers(1, 700),
+    st.sampled_from([0.0, 1.5, -0.5]), st.integers(0, 2**32 - 1),
+)  # fmt: skip
+def test_bands_are_resized_as_the_whole(
+    rows: int, columns: int, width: int, height: int, piece: int, odd: float, seed: int
+) -> None:
+    """To the last bit, whatever the size of a band; one odd light anywhere chooses the window."""
+    random = np.random.default_rng(seed)
+    light = random.random((rows, columns)).astype(np.float32)
+    light[random.integers(rows), random.integers(columns)] = odd
+    expected = _by_pillow(light, width, height)
+    kept = resize_module.piece_rows
+    try:
+        resize_module.piece_rows = lambda of, most: max(1, min(most, piece // of))
+        assert np.array_equal(resize(light, width, height), expected)
+        placed = place(LightRows(Source(light)), width, height, "stretch")
+        assert np.array_equal(placed[0:height], expected)
+    finally:
+        resize_module.piece_rows = kept
+
+
+def test_large_pictures_are_resized_as_the_whole() -> None:
+    light = np.random.default_rng(4).random((900, 1100)).astype(np.float32)
+    for size in ((57, 90), (1100, 300), (200, 900), (1300, 1000)):
+        assert np.array_equal(resize(light, *size), _by_pillow(light, *size))
+
+
+@given(lengths, lengths, st.integers(1, 9), st.integers(0, 70), st.integers(1, 70))
+def test_cells_are_means_of_blocks(rows: int, columns: int, n: int, start: int, count: int) -> None:
+    light = np.random.default_rng(rows * columns).random((rows, columns)).astype(np.float32)
+    cells = Cells(light, n)
+    assert cells.shape == (-(-rows // n), -(-columns // n))
+    got = cells[start : start + count]
+    assert len(got) == max(0, min(start + count, cells.shape[0]) - start)
+    wide = np.pad(light, ((0, -rows % n), (0, -columns % n)), mode="edge").astype(np.float64)
+    for y, row in enumerate(got, start):
+        for x, value in enumerate(row):
+            assert value == pytest.approx(wide[y * n : y * n + n, x * n : x * n + n].mean(), abs=1e-7)
 
 
 def test_highlights_do_not_ring() -> None:
