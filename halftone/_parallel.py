@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from halftone._arrays import whole
 
-__all__ = ["bands", "count_workers", "in_order"]
+__all__ = ["bands", "count_workers", "in_order", "move_from", "processor"]
 
 T = TypeVar("T")
 
@@ -60,3 +60,26 @@ def in_order(
             stop()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def processor() -> int:
+    """The processor that the calling thread runs on, or −1."""
+    import ctypes
+
+    return int(getattr(ctypes.CDLL(None), "sched_getcpu", lambda: -1)())
+
+
+def move_from(other: int, distance: int) -> None:
+    """Bring the calling thread to the processor *distance* places after *other*, and leave it free.
+
+    Threads that wait for each other every few microseconds may be left on one processor for long
+    while another is idle: the scheduler sees two that sleep a lot.
+    """
+    allowed = sorted(os.sched_getaffinity(0))
+    if other not in allowed or len(allowed) == 1:
+        return
+    try:
+        os.sched_setaffinity(0, {allowed[(allowed.index(other) + distance) % len(allowed)]})
+        os.sched_setaffinity(0, allowed)
+    except OSError:  # not permitted: it is a hint only
+        return

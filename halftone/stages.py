@@ -161,9 +161,15 @@ class Halftoning:
         return height * self.method.scale, width * self.method.scale
 
     def bands(
-        self, out: Callable[[int, int], Indices], progress: Progress | None = None
+        self,
+        out: Callable[[int, int], Indices],
+        progress: Progress | None = None,
+        ahead: bool = True,
     ) -> Generator[Indices]:
-        """Level indices, band after band, each written into out(its first row, the row after it)."""
+        """Level indices, band after band, each written into out(its first row, the row after it).
+
+        ahead : whether a band is worked on while the one before it is dealt with.
+        """
         method, levels, report = self.method, self.levels, self.report
         scale, workers = method.scale, count_workers(self.workers)
         entry = report.entry("dither", method=method.text(), levels=levels.text, range=self.rule)
@@ -185,9 +191,10 @@ class Halftoning:
             return indices
 
         height, width = source.shape
-        rows = piece_rows(width * scale**2, getattr(halftoner, "band_rows", BAND_ROWS))
+        rows = getattr(halftoner, "band_rows", 0) or piece_rows(width * scale**2, BAND_ROWS)
         give_up = getattr(halftoner, "stop", lambda: None)
-        parts = in_order(work, height, rows, used if workers > 1 else 0, give_up)
+        pooled = used if used > 1 or (ahead and workers > 1) else 0
+        parts = in_order(work, height, rows, pooled, give_up)
         done = 0
         with closing(parts):
             while True:
@@ -203,7 +210,7 @@ class Halftoning:
     def frame(self, progress: Progress | None = None) -> Frame:
         """All of it."""
         indices = np.empty(self.shape, np.uint8)
-        for _ in self.bands(lambda start, stop: indices[start:stop], progress):
+        for _ in self.bands(lambda start, stop: indices[start:stop], progress, ahead=False):
             pass
         report = self.report.as_dict()
         return Frame(indices, self.levels, self.method.text(), self.dpi, report=report)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 
@@ -133,3 +134,22 @@ def test_same_bytes_on_any_processor(environment, tmp_path):
         ).stdout
 
     assert run(**environment, HALFTONE_CACHE_DIR=str(tmp_path)) == run()
+
+
+def test_wavefronts_become_neon_code_on_aarch64(monkeypatch):
+    """Not run here: nothing in a kernel's LLVM code may belong to one processor."""
+    llvm = pytest.importorskip("llvmlite.binding")
+    from halftone import _objects
+    from halftone.dithering import _wave_kernels
+
+    codes: list[str] = []
+    monkeypatch.setattr(_objects, "build", lambda kernel, ir: codes.append(ir))
+    _objects._llvm()
+    _wave_kernels.wave_codes.compile()
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    triple = "aarch64-unknown-linux-gnu"
+    machine = llvm.Target.from_triple(triple).create_target_machine(cpu="generic", opt=3)
+    module = llvm.parse_assembly(re.sub(r'target (triple|datalayout) = .*|"target-[^ ]*', "", codes[0]))
+    module.triple, module.data_layout = triple, str(machine.target_data)
+    assert len(re.findall(r"\bv\d+\.8h", machine.emit_assembly(module))) > 100

@@ -38,7 +38,7 @@ from halftone._lanes import (
 
 LANES = 32
 CHUNK = 128
-PATIENCE = 20000
+PATIENCE = 20_000
 SKEW = 3  # of wave_codes
 SCANNED = 16  # levels up to which each middle is compared with
 

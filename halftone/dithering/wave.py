@@ -6,6 +6,8 @@ sends down, column by column, and one that has caught up with the block above it
 
 from __future__ import annotations
 
+import os
+import threading
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import BAND_ROWS
+from halftone._arrays import BAND_ROWS, Source
+from halftone._parallel import move_from, processor
 from halftone.dithering.base import Job
 from halftone.dithering.filters import ErrorFilter
 from halftone.tone.levels import Levels
@@ -29,12 +32,16 @@ LINE = 64
 MOST_ROUNDS = 8
 """Levels that share a bucket with so many others are left to the serial kernel."""
 
+BAND_PIXELS = 1 << 24
+"""Of a band of codes in memory: to begin a band costs more than most of its pixels."""
+READ_PIXELS = 1 << 21
+"""Of a band that is read or made light first."""
 MOST_ROWS = 256
-BAND_PIXELS = 1 << 22
-"""Of a band, where the picture is in memory: the call of a band costs more than its pixels."""
+"""Of a band that is read from a file, of which a few rows are held."""
 
-PAUSE = 1e-4
-"""Seconds between two looks at a block above that is far behind."""
+YIELDS = 200
+PAUSE = 1e-3
+"""Seconds of sleep after so many looks at a block above that is far behind."""
 
 
 class _Wave:
@@ -58,10 +65,16 @@ class _Wave:
         self.state = [np.zeros(2, np.int64) for _ in range(self.threads)]
         self.work = [self._work() for _ in range(self.threads)]
         self.blocks = 0  # above the next band
-        self.pool: Any = None
         self.stopped = False
-        held = isinstance(job.source.pixels, np.ndarray)
-        self.band_rows = max(BAND_ROWS, BAND_PIXELS // self.width) if held else MOST_ROWS
+        self.band_rows = self._suited(job.source)
+
+    def _suited(self, source: Source) -> int:
+        """The height of bands."""
+        held = isinstance(source.pixels, np.ndarray)
+        if held and source.codes() is not None:
+            return max(BAND_ROWS, BAND_PIXELS // self.width)
+        rows = max(1, READ_PIXELS // self.width)
+        return rows if held else min(rows, MOST_ROWS)
 
     def stop(self) -> None:
         """Threads that wait give up."""
@@ -82,30 +95,49 @@ class _Wave:
             out[:] = shown[:, ::-1]
 
     def _share(self, threads: int, given: tuple[Any, ...]) -> None:
-        from concurrent.futures import ThreadPoolExecutor
+        failed: list[BaseException] = []
 
-        if self.pool is None:
-            self.pool = ThreadPoolExecutor(self.threads - 1)
-        others = [self.pool.submit(self._blocks, k, threads, *given) for k in range(1, threads)]
+        here = processor()
+
+        def run(first: int) -> None:
+            try:
+                move_from(here, first)
+                self._blocks(first, threads, *given)
+            except BaseException as error:  # raised below, in the thread that called
+                failed.append(error)
+                self.stop()
+
+        others = [threading.Thread(target=run, args=(first,)) for first in range(1, threads)]
+        for other in others:
+            other.start()
         try:
             self._blocks(0, threads, *given)
-            for other in others:
-                other.result()
         except BaseException:
             self.stop()
             raise
+        finally:
+            for other in others:
+                other.join()
+        if failed:
+            raise failed[0]
 
     def _blocks(self, first: int, threads: int, rows: Any, out: NDArray[np.uint8], count: int) -> None:
         """Every *threads*-th block of a band, from the first-th on."""
         state = self.state[first]
         state[:] = first, 0
+        waits = 0
         while True:
             self._go(rows, out, count, threads, state, self.work[first])
             if state[0] * LANES >= count:
                 return
             if self.stopped:
                 raise InterruptedError("the rows above did not come")
-            time.sleep(PAUSE)
+            # Of two threads that sleep and wake, the scheduler may leave a processor idle.
+            waits += 1
+            if waits % YIELDS:
+                os.sched_yield()
+            else:
+                time.sleep(PAUSE)
 
     def _turned(self, rows: NDArray[Any]) -> NDArray[Any]:
         return np.ascontiguousarray(rows[:, ::-1] if self.from_right else rows)
