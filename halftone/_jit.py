@@ -1,6 +1,6 @@
 """Compiled kernels: the only place that touches numba, and only when nothing is cached.
 
-``@kernel("f4[:,:], i8")`` marks a plain function over C-contiguous arrays and scalars that returns
+``@kernel("f4[:,:]; i8")`` marks a plain function over C-contiguous arrays and scalars that returns
 nothing. At its first call it is compiled by numba for this one signature and machine, and the
 object code is kept in the user's cache folder. A later process loads that object code with
 llvmlite alone: numba's import and its first dispatch, which cost more than a picture, are left out.

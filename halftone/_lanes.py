@@ -1,6 +1,6 @@
 """Short vectors, whose elements (lanes) a processor works on at once: the words of wavefront kernels.
 
-A kernel marked ``@kernel(…, lanes=True)`` may call these functions and use + − * >> << >= and < on
+A kernel marked ``@kernel(…, lanes=True)`` may call these functions and use + − * / >> << & >= and < on
 their results. Compiled, a vector is one LLVM value (:mod:`halftone._lanes_ir`), which becomes whatever
 registers the processor has. In plain Python it is a NumPy array, and the same lines give the same
 bytes: every operation rounds lane by lane as IEEE 754 says, and none is reordered.

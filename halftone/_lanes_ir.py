@@ -202,7 +202,7 @@ def register() -> None:
             return made(vector), code
 
     conversion(_lanes.widened, "i2", {"u1": "zext"})
-    conversion(_lanes.as_bytes, "u1", {"b1": "zext", "i4": "trunc", "i2": "trunc"})
+    conversion(_lanes.as_bytes, "u1", {"b1": "zext", "i4": "trunc"})
     conversion(_lanes.as_places, "i4", {"f4": "fptosi"})
     conversion(_lanes.as_floats, "f4", {"i4": "sitofp", "u1": "uitofp"})
 
@@ -291,12 +291,18 @@ def register() -> None:
 
         return types.void(array, at, value), code
 
-    def arithmetic(function: Any, whole: str, real: str | None, result: str | None = None) -> None:
+    def arithmetic(
+        function: Any, whole: str | None, real: str | None, result: str | None = None
+    ) -> None:
         def make(typing: Any, a: Any, b: Any) -> Any:
             vectors = [kind for kind in (a, b) if isinstance(kind, Vector)]
             if not vectors or (len(vectors) == 2 and a != b):
                 return None
             vector = vectors[0]
+            name = real if vector.kind == "f4" else whole
+            mixed = vector.kind != "f4" and any(isinstance(kind, types.Float) for kind in (a, b))
+            if name is None or mixed:
+                return None
             made = vector.of(result) if result else vector
 
             def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -308,7 +314,6 @@ def register() -> None:
                             value = builder.trunc(index(context, builder, value, kind), element)
                         value = spread(builder, value, vector.ir)
                     both.append(value)
-                name = whole if vector.kind != "f4" else str(real)
                 if result:
                     compare = builder.fcmp_ordered if vector.kind == "f4" else builder.icmp_signed
                     return compare(name, *both)
@@ -322,7 +327,7 @@ def register() -> None:
     arithmetic(operator.add, "add", "fadd")
     arithmetic(operator.sub, "sub", "fsub")
     arithmetic(operator.mul, "mul", "fmul")
-    arithmetic(operator.truediv, "sdiv", "fdiv")
+    arithmetic(operator.truediv, None, "fdiv")
     arithmetic(operator.rshift, "ashr", None)
     arithmetic(operator.lshift, "shl", None)
     arithmetic(operator.ge, ">=", ">=", "b1")

@@ -1,4 +1,7 @@
-"""Bands of rows over a thread pool. The result never depends on the number of workers."""
+"""Bands of rows over a thread pool, and threads that work side by side.
+
+The result never depends on the number of workers.
+"""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class Frame:
         packing : None takes the device's, or for a frame without a device the fewest of 1, 2, 4, 8
         bits that hold a level index, the leftmost pixel in the highest bits.
         """
-        return pack(self.indices, packing or self.packing or Packing(self.levels.bits), len(self.levels))
+        return pack(self.indices, packing or self.packing or Packing(self.levels.bits))
 
     def upscaled(self, factor: int) -> Frame:
         """Every pixel as factor × factor pixels."""
@@ -127,9 +127,9 @@ class Bands:
         chosen = packing or self.packing or Packing(self.levels.bits)
         rows = np.empty((self.shape[0], bytes_per_row(self.shape[1], chosen.bits)), np.uint8)
         top = 0
-        for part in self:
-            rows[top : top + part.shape[0]] = part.packed(chosen)
-            top += part.shape[0]
+        for part in self.indices:
+            rows[top : top + len(part)] = pack(part, chosen, len(self.levels))
+            top += len(part)
         return rows
 
     def save(self, path: str | Path, format: str | None = None, *, overwrite: bool = True) -> None:

@@ -198,8 +198,8 @@ def convert_bands(
         for part in halftone.convert_bands("poster.tif", profile=device):
             port.write(part.packed())
 
-    Each part is a :class:`halftone.Frame` of consecutive rows, 64 at most but for patterns; their
-    bytes are those of the whole frame. ``.shape`` is known at once, and ``.save()`` writes a file.
+    Each part is a :class:`halftone.Frame` of some consecutive rows; their bytes are
+    those of the whole frame. ``.shape`` is known at once, and ``.save()`` writes a file.
     """
     return Recipe(**options).bands(picture, progress)
 

@@ -30,7 +30,7 @@ from halftone.dithering.registry import method as find_method
 from halftone.errors import UsageError, near
 from halftone.frame import Bands, Frame
 from halftone.images.read import DEFAULT_LIMIT, read_picture
-from halftone.images.rows import LOOK_BACK
+from halftone.images.rows import LOOK_BACK, piece_rows
 from halftone.packing import Packing
 from halftone.stages import Halftoning, Report, background_light, check_memory, decoded, light_of
 from halftone.tone import adjust
@@ -233,7 +233,8 @@ class Recipe:
         need = source.pixels.nbytes + (0 if source.cover is None else source.cover.nbytes)
         if (width, height) != (columns, rows):
             need += 4 * rows * width + 4 * height * width  # between Pillow's two passes, and after
-        need += 80 * BAND_ROWS * max(width, columns) * count_workers(self.workers)
+        wide, held = max(width, columns), min(count_workers(self.workers), -(-height // BAND_ROWS))
+        need += 80 * piece_rows(wide, BAND_ROWS) * wide * held
         if whole:
             need += height * width
         check_memory(need, self.max_memory, f"the size {width} × {height}")

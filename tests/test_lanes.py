@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import subprocess
@@ -96,8 +97,8 @@ def test_vectors_need_nothing_but_the_processor():
 
 
 def test_public_names():
-    assert sorted(_lanes.__all__) == sorted(set(_lanes.__all__))
-    assert all(callable(getattr(_lanes, name)) for name in _lanes.__all__)
+    made = [name for name, value in vars(_lanes).items() if inspect.isfunction(value)]
+    assert sorted(_lanes.__all__) == sorted(made)
 
 
 RUN = """

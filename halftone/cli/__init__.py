@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import gc
 import io
 import os
 import re
@@ -16,6 +17,8 @@ __all__ = ["main"]
 
 _COMMANDS = {
     "convert": "pictures to what a device can show, as PNG, PBM, PGM, TIFF or packed bytes",
+    "render": "a scene, or a bare mesh, straight to what a device can show",
+    "plan": "which stages rendering a scene takes, which it leaves out, and why",
     "demo": "one strip: a photograph and what five limited devices show of it",
     "list": "methods, devices, encodings and level ladders",
     "cache": "the compiled kernels kept for this user: warm, info, clear",
@@ -30,9 +33,20 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with *argv* and return its exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # no BLAS here: its threads only cost time
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    _prepare_streams()
+    gc.set_threshold(100_000)  # imports make many objects and no garbage
+    code = _outcome(list(sys.argv[1:] if argv is None else argv))
+    if argv is None:  # as a program: without taking down the libraries, which takes 10 ms
+        sys.stderr.flush()
+        os._exit(code)
+    return code
+
+
+def _outcome(arguments: list[str]) -> int:
+    from halftone.cli.console import interrupted, listen
+
     try:
+        listen()
+        _prepare_streams()
         code = _run(arguments)
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -45,6 +59,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _fail("out of memory: lower --max-memory refuses such a picture before it is read", 1)
     except Exception as error:
+        if interrupted():
+            return _fail("interrupted", 130)
         from halftone.errors import HalftoneError
 
         if isinstance(error, HalftoneError):
@@ -70,7 +86,9 @@ def _run(arguments: list[str]) -> int:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=_version())
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    subparsers = parser.add_subparsers(
+        dest="command", metavar="COMMAND", parser_class=_Parser, prog="halftone"
+    )
     for name, purpose in _COMMANDS.items():
         sub = subparsers.add_parser(name, help=purpose, description=purpose, allow_abbrev=False)
         sub._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf)")  # -1e-1 is a number too

@@ -20,6 +20,7 @@ PATIENCE = 0.06
 
 
 _heard = threading.Event()
+_ending = threading.Event()
 
 
 def listen() -> None:
@@ -27,7 +28,8 @@ def listen() -> None:
 
     def hear(number: int, frame: FrameType | None) -> None:
         _heard.set()
-        raise KeyboardInterrupt
+        if not _ending.is_set():  # a second Ctrl-C must not keep what is half done from being taken away
+            raise KeyboardInterrupt
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, hear)
@@ -63,6 +65,7 @@ def interruptible(work: Callable[[], T], stop: Callable[[], None]) -> T:
             if interrupted():
                 raise KeyboardInterrupt
     except KeyboardInterrupt:
+        _ending.set()
         from halftone.images.output import discard_unfinished
 
         stop()

@@ -1,6 +1,6 @@
 """Error diffusion: float32 light for any levels, and integer codes for two.
 
-Both work in gather form, so that the order of the sums is fixed: the carry of a row is the sum of
+All work in gather form, so that the order of the sums is fixed: the carry of a row is the sum of
 what the finished rows above send to it (row after row from the top, tap after tap in table order);
 a pixel's value is light + carry, then the left tap two back, then the left tap one back. The slow
 twins in tests/oracle say the same in plain Python.

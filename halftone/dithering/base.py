@@ -43,7 +43,7 @@ class Job:
     """One picture for one device: light already within the range of the levels.
 
     dpi : dots per inch across and down, or None where the device does not say.
-    workers : the most bands that will be worked on at once.
+    workers : the most bands that will be worked on at once, or threads within one band.
     """
 
     source: Source

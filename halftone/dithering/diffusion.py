@@ -161,7 +161,10 @@ class _Four:
     @classmethod
     def takes(cls, method: ErrorDiffusion, job: Job) -> bool:
         coded = job.source.codes()
-        fits = all(t[:2] in cls.PLACES for t in method.filter.taps)
+        # The sums are those of the filter's table, in its order: the places must come in ours.
+        places = [tap[:2] for tap in method.filter.taps if tap[0]]
+        fits = places == [place for place in cls.PLACES[1:] if place in places]
+        fits = fits and all(tap[:2] in cls.PLACES for tap in method.filter.taps)
         return (
             fits and job.levels.distinct.size == 2 and coded is not None and coded[0].dtype == np.uint8
         )

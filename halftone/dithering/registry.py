@@ -140,9 +140,13 @@ def method(spec: str | Method, **options: Any) -> Method:
         if isinstance(spec, type) or not hasattr(spec, "halftoner"):
             raise UsageError(f"method={spec!r}; allowed: a name, or a method as FloydSteinberg()")
         return spec.with_options(**given) if given else spec
-    # A mask is read from its file each time; any other text always means the same.
-    made = _named.__wrapped__(spec) if "mask" in spec.lower() else _named(spec)
+    from_file = any(word in spec.lower() for word in _FROM_FILES)
+    made = _named.__wrapped__(spec) if from_file else _named(spec)
     return made.with_options(**given) if given else made
+
+
+_FROM_FILES = ("mask", "dots", "patterns")
+"""Methods of these names may read a file, each time; any other text always means the same."""
 
 
 @lru_cache(maxsize=64)

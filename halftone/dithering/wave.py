@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import BAND_ROWS, Source
+from halftone._arrays import Source
 from halftone._parallel import move_from, processor
 from halftone.dithering.base import Job
 from halftone.dithering.filters import ErrorFilter
@@ -58,7 +58,8 @@ class _Wave:
         # Rows apart by an odd number of cache lines do not fall into the same few places.
         self.pitch = -(-pitch // 512) * 512 + 64 + skew
         self.places = np.arange(LANES) * skew
-        self.threads = min(job.workers, -(-job.source.shape[0] // LANES))
+        self.band_rows = self._suited(job.source)
+        self.threads = min(job.workers, -(-min(job.source.shape[0], self.band_rows) // LANES))
         self.slots = self.threads + 2  # blocks at work, the one above them, and one to begin
         self.reach = np.zeros(self.slots, np.int64)
         self.reach[0] = self.width  # above the picture: nothing comes down, at once
@@ -66,14 +67,12 @@ class _Wave:
         self.work = [self._work() for _ in range(self.threads)]
         self.blocks = 0  # above the next band
         self.stopped = False
-        self.band_rows = self._suited(job.source)
 
     def _suited(self, source: Source) -> int:
-        """The height of bands."""
+        """The height of bands: whole blocks, and two at least, for there may be two threads."""
         held = isinstance(source.pixels, np.ndarray)
-        if held and source.codes() is not None:
-            return max(BAND_ROWS, BAND_PIXELS // self.width)
-        rows = max(1, READ_PIXELS // self.width)
+        pixels = BAND_PIXELS if held and source.codes() is not None else READ_PIXELS
+        rows = max(2 * LANES, pixels // self.width // LANES * LANES)
         return rows if held else min(rows, MOST_ROWS)
 
     def stop(self) -> None:
@@ -107,10 +106,12 @@ class _Wave:
                 failed.append(error)
                 self.stop()
 
-        others = [threading.Thread(target=run, args=(first,)) for first in range(1, threads)]
-        for other in others:
-            other.start()
+        others: list[threading.Thread] = []
         try:
+            for first in range(1, threads):
+                other = threading.Thread(target=run, args=(first,))
+                other.start()
+                others.append(other)
             self._blocks(0, threads, *given)
         except BaseException:
             self.stop()

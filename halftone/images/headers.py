@@ -36,6 +36,8 @@ def progressive_size(file: BinaryIO) -> tuple[int, int] | None:
     if file.read(2) != b"\xff\xd8":
         return None
     while len(marker := file.read(4)) == 4 and marker[0] == 0xFF:
+        while marker[1] == 0xFF and (more := file.read(1)):  # fill bytes (B.1.1.2)
+            marker = marker[1:] + more
         kind, length = marker[1], int.from_bytes(marker[2:], "big")
         if kind in (0xC2, 0xC6, 0xCA, 0xCE):  # SOF of a progressive scan
             size = file.read(5)

@@ -18,8 +18,8 @@ __all__ = ["LOOK_BACK", "Rows", "Window", "piece_rows"]
 
 Codes = NDArray[Any]
 
-LOOK_BACK = 320
-"""Rows kept behind the last one read: a strip of 256 and a band (curves, mirrored warm starts)."""
+LOOK_BACK = 384
+"""Rows kept behind the last one read: a strip of 256 and two bands (curves, warm starts, dots)."""
 
 PIECE_PIXELS = 1 << 21
 """Pixels read in one call, but at least a row: Ctrl-C is heard between two calls."""
@@ -47,6 +47,7 @@ class Window:
         self._pieces: deque[tuple[int, Codes]] = deque()
         self._next = 0
         self._file: Iterator[Codes] = iter(())
+        self._trouble = ""  # what stopped the reading: the same for every thread that comes to it
 
     def rows(self, start: int, stop: int) -> Codes:
         """Rows start … stop−1, not to be changed."""
@@ -60,11 +61,10 @@ class Window:
     def _rows(self, start: int, stop: int) -> Codes:
         if self._next == 0 or (self._pieces and start < self._pieces[0][0]):
             self._pieces.clear()
-            self._file, self._next = self._open(), 0
+            self._next = 0
+            self._file = self._open()
         while self._next < stop:
-            piece = next(self._file, None)
-            if piece is None:
-                raise InputFileError(f"the picture ends at row {self._next} of {self.height}")
+            piece = self._piece()
             self._pieces.append((self._next, piece))
             self._next += len(piece)
             needed = min(start, self._next - self.keep)
@@ -76,6 +76,20 @@ class Window:
             if first < stop and first + len(piece) > start
         ]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _piece(self) -> Codes:
+        """The next rows; InputFileError where there are none, and ever after."""
+        if self._trouble:
+            raise InputFileError(self._trouble)
+        try:
+            piece = next(self._file, None)
+        except InputFileError as error:
+            self._trouble = str(error)
+            raise
+        if piece is None:
+            self._trouble = f"the picture ends at row {self._next} of {self.height}"
+            raise InputFileError(self._trouble)
+        return piece
 
     def close(self) -> None:
         """Let all rows go, and the file."""

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from halftone import UsageError, dither
+from halftone import UsageError, dither, method
 from halftone._arrays import Source
 from halftone.dithering.base import Job
 from halftone.dithering.classes import CLASSES, ClassMatrix, classes, load_classes
@@ -306,6 +306,14 @@ def test_files_that_hold_no_class_matrix(tmp_path, content, ending):
     path.write_bytes(content)
     with pytest.raises(HalftoneError, match="own"):
         load_classes(path)
+
+
+def test_a_file_is_read_each_time(tmp_path):
+    path = tmp_path / "own.csv"
+    for rows in ("0,1\n2,3\n", "3,1\n2,0\n"):
+        path.write_text(rows)
+        expected = [[int(v) for v in row.split(",")] for row in rows.split()]
+        assert method(f"dots:{path}").classes.classes.tolist() == expected
 
 
 def test_files_that_are_not_there(tmp_path):

@@ -162,5 +162,7 @@ def test_four_places_in_one_pass(height, width, seed, name, strength, serpentine
     source = bring_into_range(picture(seed, (height, width), True), 0.1, 0.8, "clip")
     job = Job(source, levels)
     assert diffusion._Four.takes(method, job)
+    turned = ErrorFilter("turned", tuple(reversed(FILTERS[name].taps)), FILTERS[name].divisor)
+    assert not diffusion._Four.takes(ErrorDiffusion(turned, serpentine), job), "sums in another order"
     fast = scan(diffusion._Four(method, job), source.shape, rows)
     np.testing.assert_array_equal(fast, scan(diffusion._Light(method, job), source.shape))

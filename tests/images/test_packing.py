@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from halftone.errors import UsageError
+from halftone.frame import Frame
 from halftone.packing import Packing, bytes_per_row, pack, unpack
+from halftone.tone.levels import Levels
 from tests.images.strategies import packings, sizes
 from tests.oracle.packing import pack_row, unpack_row
 
@@ -95,6 +97,9 @@ def test_packings_that_are_none(args: tuple, word: str) -> None:
 def test_a_level_that_does_not_fit(packing: Packing, index: int) -> None:
     with pytest.raises(UsageError, match=f"level {index}"):
         pack(np.array([[0, index]], np.uint8), packing)
+    frame = Frame(np.array([[0, index]], np.uint8), Levels.of(2), packing=packing)
+    with pytest.raises(UsageError, match=f"level {index}"):
+        frame.packed()  # anybody may make a frame: its indices are looked at
 
 
 def test_unpack_refuses_wrong_widths_and_strange_codes() -> None:
@@ -108,9 +113,6 @@ def test_unpack_refuses_wrong_widths_and_strange_codes() -> None:
 
 
 def test_a_frame_packs_as_its_device_wants() -> None:
-    from halftone.frame import Frame
-    from halftone.tone.levels import Levels
-
     indices = np.array([[0, 1, 1]], np.uint8)
     assert Frame(indices, Levels.of(2)).packed().tolist() == [[0b0110_0000]]
     device = Frame(indices, Levels.of(2), packing=Packing(1, "lsb", (1, 0)))

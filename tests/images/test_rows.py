@@ -103,6 +103,37 @@ def test_a_file_that_ends_too_soon_says_where() -> None:
         window.rows(20, 40)
 
 
+def test_damage_is_named_alike_to_every_thread_that_comes_to_it() -> None:
+    """The first to reach it is not always the one whose rows are wanted first."""
+
+    def damaged() -> Iterator[np.ndarray]:
+        yield CODES[:30, :, None]
+        raise InputFileError("'in.png' is damaged or cut off: bad data")
+
+    window = Window(damaged, HEIGHT, 10)
+    assert np.array_equal(window.rows(0, 30)[:, :, 0], CODES[:30])
+    for start in (30, 20, 100):
+        with pytest.raises(InputFileError, match="bad data"):
+            window.rows(start, start + 40)
+
+
+def test_a_file_that_cannot_be_opened_again() -> None:
+    """It fails for whoever asks, with the reason."""
+    opened = []
+
+    def once() -> Iterator[np.ndarray]:
+        if opened:
+            raise InputFileError("it is gone")
+        opened.append(True)
+        return iter([CODES[y : y + 30, :, None] for y in range(0, HEIGHT, 30)])
+
+    window = Window(once, HEIGHT, 10)
+    window.rows(600, 640)
+    for start in (0, 600):
+        with pytest.raises(InputFileError, match="gone"):
+            window.rows(start, start + 10)
+
+
 def test_rows_go_forwards_one_by_one() -> None:
     with pytest.raises(IndexError, match="2"):
         _rows(_File(30), 10)[0:10:2]
