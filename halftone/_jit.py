@@ -14,6 +14,7 @@ is called. A damaged, foreign or outdated file is compiled anew.
 
 from __future__ import annotations
 
+import gc
 import os
 import threading
 from collections.abc import Callable
@@ -96,7 +97,13 @@ class Kernel:
         if found is not None:
             self.origin = "cache"
             return _objects.caller(self, found)
-        dispatcher, object_code = self.compile()
+        collecting = gc.isenabled()
+        gc.disable()  # numba makes so many objects that looking after them takes a fifth of the time
+        try:
+            dispatcher, object_code = self.compile()
+        finally:
+            if collecting:
+                gc.enable()
         if object_code is None:
             self.origin = "numba"
             return dispatcher
@@ -115,7 +122,7 @@ class Kernel:
 
             register()
         while _PARTS:
-            numba.extending.register_jitable(inline="always")(_PARTS.pop())
+            numba.extending.register_jitable(_PARTS.pop())
         spec = []
         for part in self.signature:
             base = getattr(types, TYPES[part[:2]][0])

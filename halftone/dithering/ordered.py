@@ -12,12 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._arrays import Light, Pixels, shortest
+from halftone._arrays import BAND_ROWS, Light, Pixels, shortest
 from halftone.dithering.base import NO_CLAIM, Claim, Halftoner, Job, Method, check_strength
 from halftone.screens.order import Screen, Tiling, tiled
 from halftone.tone.levels import Levels
 
 __all__ = ["Ordered", "step_up"]
+
+BAND_PIXELS = 1 << 20
+"""Of a band: comparing is so quick that bands of BAND_ROWS are much Python for few pixels."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ class _OrderedCodes:
     ) -> None:
         self.levels = job.levels
         self.codes = codes
+        self.band_rows = max(1, min(2 * BAND_ROWS, BAND_PIXELS // job.source.shape[1]))
         distinct = job.levels.distinct
         low = np.searchsorted(distinct[1:-1], light, side="right")
         self.passed = np.empty(light.size, np.uint32)
@@ -122,11 +126,11 @@ class _OrderedCodes:
         if distinct.size == 2 and self.passed[0] == 0 and (self.passed[1:] >= self.passed[:-1]).all():
             dark = np.bincount(self.passed, minlength=values.size + 1).cumsum()[: values.size]
             cut = np.take((dark - 1).astype(codes.dtype), rank)
-            self.cut = Tiling(cut, *job.source.shape)
+            self.cut = Tiling(cut, *job.source.shape, self.band_rows)
             return
         kind = np.min_scalar_type(values.size)
         self.passed = self.passed.astype(kind)
-        self.rank = Tiling(rank.astype(kind), *job.source.shape)
+        self.rank = Tiling(rank.astype(kind), *job.source.shape, self.band_rows)
         self.low = job.levels.index[low]
         self.high = job.levels.index[low + 1]
 

@@ -63,10 +63,10 @@ class Screen:
 class Tiling:
     """*tile* repeated over a picture (height, width), made once if that takes no more than 16 MiB."""
 
-    def __init__(self, tile: np.ndarray, height: int, width: int) -> None:
+    def __init__(self, tile: np.ndarray, height: int, width: int, band: int = BAND_ROWS) -> None:
         self.tile, self.width = tile, width
-        # Wherever in the tile a band begins, its rows then lie in one block.
-        rows = min(tile.shape[0] + BAND_ROWS, height)
+        # Wherever in the tile a band of so many rows begins, they then lie in one block.
+        rows = min(tile.shape[0] + band, height)
         fits = rows * width * tile.itemsize <= 1 << 24
         self.block = tiled(tile, 0, rows, width) if fits else tile[:0]
 
