@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from halftone._arrays import whole
 
-__all__ = ["bands", "count_workers", "in_order", "move_from", "processor"]
+__all__ = ["bands", "count_workers", "in_order", "side_by_side"]
 
 T = TypeVar("T")
 
@@ -65,18 +65,58 @@ def in_order(
             raise
 
 
-def processor() -> int:
+def side_by_side(
+    work: Callable[[int], None], threads: int, stop: Callable[[], None] = lambda: None
+) -> None:
+    """Run work(0), …, work(threads − 1) at the same time, the first in the calling thread.
+
+    If one raises, *stop* is called, which must make the others end, and the first error is raised.
+    """
+    if threads == 1:
+        work(0)
+        return
+    import threading
+
+    failed: list[BaseException] = []
+    here = _processor()
+
+    def run(number: int) -> None:
+        try:
+            _move_from(here, number)
+            work(number)
+        except BaseException as error:  # raised below, in the thread that called
+            failed.append(error)
+            stop()
+
+    others: list[threading.Thread] = []
+    try:
+        for number in range(1, threads):
+            other = threading.Thread(target=run, args=(number,))
+            other.start()
+            others.append(other)
+        work(0)
+    except BaseException:
+        stop()
+        raise
+    finally:
+        for other in others:
+            other.join()
+    if failed:
+        raise failed[0]
+
+
+def _processor() -> int:
     """The processor that the calling thread runs on, or −1."""
     import ctypes
 
     return int(getattr(ctypes.CDLL(None), "sched_getcpu", lambda: -1)())
 
 
-def move_from(other: int, distance: int) -> None:
+def _move_from(other: int, distance: int) -> None:
     """Bring the calling thread to the processor *distance* places after *other*, and leave it free.
 
-    Threads that wait for each other every few microseconds may be left on one processor for long
-    while another is idle: the scheduler sees two that sleep a lot.
+    Threads that live for a few milliseconds, or wait for each other every few microseconds, may be
+    left on one processor all that time while another is idle.
     """
     allowed = sorted(os.sched_getaffinity(0))
     if other not in allowed or len(allowed) == 1:

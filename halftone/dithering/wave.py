@@ -7,7 +7,6 @@ sends down, column by column, and one that has caught up with the block above it
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halftone._arrays import Source
-from halftone._parallel import move_from, processor
+from halftone._parallel import side_by_side
 from halftone.dithering.base import Job
 from halftone.dithering.filters import ErrorFilter
 from halftone.tone.levels import Levels
@@ -85,42 +84,10 @@ class _Wave:
         given = (rows, shown.reshape(-1), stop - start)
         blocks = -(-(stop - start) // LANES)
         threads = min(self.threads, blocks)
-        if threads == 1:
-            self._blocks(0, 1, *given)
-        else:
-            self._share(threads, given)
+        side_by_side(lambda first: self._blocks(first, threads, *given), threads, self.stop)
         self.blocks += blocks
         if self.from_right:
             out[:] = shown[:, ::-1]
-
-    def _share(self, threads: int, given: tuple[Any, ...]) -> None:
-        failed: list[BaseException] = []
-
-        here = processor()
-
-        def run(first: int) -> None:
-            try:
-                move_from(here, first)
-                self._blocks(first, threads, *given)
-            except BaseException as error:  # raised below, in the thread that called
-                failed.append(error)
-                self.stop()
-
-        others: list[threading.Thread] = []
-        try:
-            for first in range(1, threads):
-                other = threading.Thread(target=run, args=(first,))
-                other.start()
-                others.append(other)
-            self._blocks(0, threads, *given)
-        except BaseException:
-            self.stop()
-            raise
-        finally:
-            for other in others:
-                other.join()
-        if failed:
-            raise failed[0]
 
     def _blocks(self, first: int, threads: int, rows: Any, out: NDArray[np.uint8], count: int) -> None:
         """Every *threads*-th block of a band, from the first-th on."""

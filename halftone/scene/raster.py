@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from halftone._parallel import bands, in_order
+from halftone._parallel import bands, side_by_side
 from halftone.scene import _raster_kernels as kernels
 from halftone.scene.geometry import Geometry
 from halftone.scene.scratch import Scratch
@@ -38,13 +38,11 @@ def run(work: Callable[[int, int], None], count: int, size: int, workers: int) -
         return
     left = iter(parts)  # next() of a list's iterator is one step of the interpreter
 
-    def take(_first: int, _last: int) -> None:
+    def take(_thread: int) -> None:
         for start, stop in left:
             work(start, stop)
 
-    threads = min(workers, len(parts))
-    for _ in in_order(take, threads, 1, threads):
-        pass
+    side_by_side(take, min(workers, len(parts)), parts.clear)
 
 
 def stretch(count: int) -> int:

@@ -3,8 +3,11 @@
 Icospheres of 80 … 81,920 triangles under a point light, in perspective, against the exact sphere: the
 exact normal at the point where the ray through the pixel's centre meets it, ray and sphere in float64,
 and the same formula of illumination in plain NumPy. Errors are of linear radiance, on the pixels that
-both cover. One thread, best of runs in turns. Vertex normals are the package's averages, as for a mesh
-that comes without normals.
+both cover. One thread, best of runs in turns.
+
+Vertex normals are the sphere's, so that only the shadings differ; ``--averaged`` has the package's
+averages of face normals instead. ``--distant`` has light and viewer at infinity, for which fast Phong
+was made: it takes both from the middle of a face.
 """
 
 from __future__ import annotations
@@ -28,8 +31,8 @@ from tests.bench.timing import compare
 
 EXPONENTS = (1, 10, 100)
 DIVISIONS = (1, 2, 3, 4, 5, 6)
-EYE, FOV, LAMP = 5.0, 26.0, (2.0, 3.0, 4.0)
-AMBIENT, DIFFUSE, SPECULAR = 0.1, 0.6, 0.3
+EYE, FOV, HEIGHT, LAMP = 5.0, 26.0, 2.26, (2.0, 3.0, 4.0)
+AMBIENT, DIFFUSE, SPECULAR = 0.09, 0.6, 0.3  # 0.1 would be halfway between two of the 16 levels
 LEVELS = 16
 STATED = {"flat": "1", "gouraud": "1.8", "phong": "1.8 … 2", "fast-phong": "–"}
 """Slopes of RMS error against edge length, scenes.md §4.1, measured there at n_s 10 and 200."""
@@ -51,34 +54,44 @@ class Cell:
     fallen_back: float | None
 
 
-def ball(divisions: int, exponent: float) -> Scene:
+def ball(
+    divisions: int, exponent: float, distant: bool = False, averaged: bool = False
+) -> Scene:
     """A gray, shiny sphere of radius 1, made of triangles."""
-    material = Material(
-        ambient=(AMBIENT,), diffuse=(DIFFUSE,), specular=(SPECULAR,), exponent=exponent
-    )
+    material = Material(ambient=(AMBIENT,), diffuse=(DIFFUSE,), specular=(SPECULAR,), exponent=exponent)
+    x, y, z = LAMP
+    light = Light("point", (1.0,), position=LAMP)
+    if distant:
+        light = Light("distant", (1.0,), direction=(-x, -y, -z))
+    kind = "parallel" if distant else "perspective"
     return Scene(
-        (shapes.icosphere(divisions),),
+        (shapes.icosphere(divisions, exact=not averaged),),
         (material,),
-        (Light(intensity=(1.0,), position=LAMP),),
-        Camera((0.0, 0.0, EYE), fov=FOV),
+        (light,),
+        Camera((0.0, 0.0, EYE), projection=kind, fov=FOV, height=HEIGHT),
         ambient=(1.0,),
         background=(0.0,),
     )
 
 
-def exact(side: int, exponent: float) -> tuple[Floats, NDArray[np.bool_]]:
+def exact(side: int, exponent: float, distant: bool) -> tuple[Floats, NDArray[np.bool_]]:
     """Radiance (side, side) of the exact sphere, 0 outside it, and where it is."""
-    scale = side / (2 * np.tan(np.radians(FOV) / 2))
-    across = (np.arange(side) + 0.5 - side / 2) / scale
+    half = np.tan(np.radians(FOV) / 2) if not distant else HEIGHT / 2
+    across = (2 * (np.arange(side) + 0.5) / side - 1) * half
     x, y = np.meshgrid(across, -across)
-    ray = unit(np.stack([x, y, np.full_like(x, -1.0)], axis=-1))
-    eye = np.array([0.0, 0.0, EYE])
-    middle = -(ray @ eye)  # where the ray is nearest to the sphere's centre, which is the origin
-    away = eye + middle[..., None] * ray
+    start, ray = np.zeros((side, side, 3)), np.zeros((side, side, 3))
+    start[..., 2], ray[..., 2] = EYE, -1.0
+    (start if distant else ray)[..., :2] = np.stack([x, y], axis=-1)
+    ray = unit(ray)
+    # away : where the ray is nearest to the middle of the sphere, which is the origin.
+    away = start - (ray * start).sum(axis=-1)[..., None] * ray
     rest = 1 - (away * away).sum(axis=-1)
     hit = rest > 0
     normal = unit(away - np.sqrt(np.where(hit, rest, 0))[..., None] * ray)
-    light, view = unit(np.array(LAMP) - normal), unit(eye - normal)
+    light, view = np.array(LAMP) - normal, start - normal
+    if distant:
+        light, view = np.broadcast_to(LAMP, normal.shape), -ray
+    light, view = unit(light), unit(view)
     cosine = (normal * light).sum(axis=-1)
     lobe = np.maximum((normal * unit(light + view)).sum(axis=-1), 0)
     radiance = AMBIENT + np.where(cosine > 0, DIFFUSE * cosine + SPECULAR * lobe**exponent, 0)
@@ -100,10 +113,13 @@ def level(radiance: Any) -> Any:
     return np.rint(np.clip(radiance, 0, 1) * (LEVELS - 1))
 
 
-def cells(divisions: int, exponent: float, side: int, runs: int) -> dict[str, Cell]:
-    """Every shading of one sphere and exponent."""
-    renderer, out = Renderer(ball(divisions, exponent)), np.empty((side, side, 1), np.float32)
-    want, hit = exact(side, exponent)
+def cells(
+    scene: Scene, reference: tuple[Floats, NDArray[np.bool_]], runs: int
+) -> dict[str, Cell]:
+    """Every shading of one sphere, against the *reference* of :func:`exact`."""
+    want, hit = reference
+    side = len(want)
+    renderer, out = Renderer(scene), np.empty((side, side, 1), np.float32)
     best = dict.fromkeys(SHADINGS, np.inf)
 
     def draw(shading: str) -> None:
@@ -144,7 +160,9 @@ def table(found: dict[int, list[dict[str, Cell]]], edges: list[float], divisions
                 for c in sphere.values()
             ]
             back = sphere["fast-phong"].fallen_back or 0.0
-            rows.append([str(exponent), f"{20 * 4**cut:,}", f"{edge:.3f}", *texts, f"{100 * back:.3g} %"])
+            rows.append(
+                [str(exponent), f"{20 * 4**cut:,}", f"{edge:.3f}", *texts, f"{100 * back:.3g} %"]
+            )
         fits = [
             f"**{slope(edges, [s[shading].rms for s in spheres]):.2f}** / "
             f"{slope(edges, [s[shading].largest for s in spheres]):.2f} (stated {STATED[shading]})"
@@ -173,13 +191,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.bench.shading", description=__doc__)
     parser.add_argument("--md", type=Path, help="also write the Markdown to this file")
     parser.add_argument("--quick", action="store_true", help="256², up to 1,280 triangles, 3 runs")
+    parser.add_argument("--distant", action="store_true", help="light and viewer at infinity")
+    parser.add_argument("--averaged", action="store_true", help="vertex normals averaged")
     parser.add_argument("--side", type=int, default=512)
     parser.add_argument("--runs", type=int, default=15)
     given = parser.parse_args(arguments)
     side, runs = (256, 3) if given.quick else (given.side, given.runs)
     divisions = list(DIVISIONS[:3] if given.quick else DIVISIONS)
     edges = [edge_length(ball(cut, 1)) for cut in divisions]
-    found = {n: [cells(cut, n, side, runs) for cut in divisions] for n in EXPONENTS}
+    found: dict[int, list[dict[str, Cell]]] = {}
+    for n in EXPONENTS:
+        reference = exact(side, n, given.distant)
+        scenes = [ball(cut, n, given.distant, given.averaged) for cut in divisions]
+        found[n] = [cells(scene, reference, runs) for scene in scenes]
     text = f"{table(found, edges, divisions)}\n\n{ratios(found, divisions)}\n"
     print(text)
     if given.md:

@@ -15,7 +15,7 @@ for package in "${programs[@]}" "${libraries[@]}"; do
 done
 python=${PYTHON:-python3}
 [ -n "${PYTHON:-}" ] || [ ! -x .venv/bin/python ] || python=.venv/bin/python
-for package in ipp epaper-dithering; do
+for package in ipp epaper-dithering vtk embreex trimesh; do
     "$python" -m pip install -q "$package" >/dev/null 2>&1 || failed+=("$package (pip of $python)")
 done
 if [ ${#failed[@]} -eq 0 ]; then
