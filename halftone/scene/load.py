@@ -56,8 +56,9 @@ def read_scene(path: str | Path, aspect: float = 1.0) -> tuple[Scene, list[str]]
         return framed(scene, aspect), found.notes
     if kind != ".toml":
         raise InputFileError(f"{path} is no scene; allowed: .toml, {', '.join(READERS)}")
+    data = contents(path)
     try:
-        table = tomllib.loads(contents(path).decode("utf-8"))
+        table = tomllib.loads(data.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # a number of too many digits is a ValueError
         raise InputFileError(f"{path} is not TOML: {error}") from error
     notes: list[str] = []

@@ -54,9 +54,7 @@ class Cell:
     fallen_back: float | None
 
 
-def ball(
-    divisions: int, exponent: float, distant: bool = False, averaged: bool = False
-) -> Scene:
+def ball(divisions: int, exponent: float, distant: bool = False, averaged: bool = False) -> Scene:
     """A gray, shiny sphere of radius 1, made of triangles."""
     material = Material(ambient=(AMBIENT,), diffuse=(DIFFUSE,), specular=(SPECULAR,), exponent=exponent)
     x, y, z = LAMP
@@ -113,9 +111,7 @@ def level(radiance: Any) -> Any:
     return np.rint(np.clip(radiance, 0, 1) * (LEVELS - 1))
 
 
-def cells(
-    scene: Scene, reference: tuple[Floats, NDArray[np.bool_]], runs: int
-) -> dict[str, Cell]:
+def cells(scene: Scene, reference: tuple[Floats, NDArray[np.bool_]], runs: int) -> dict[str, Cell]:
     """Every shading of one sphere, against the *reference* of :func:`exact`."""
     want, hit = reference
     side = len(want)

@@ -1,7 +1,11 @@
 """Mach bands (P9 of scenes.md): the eye enhances steps and kinks of brightness where faces meet.
 
 Measured as the largest second difference of radiance over three pixels in a row or a column that lie
-in two faces with an edge in common. Flat shading has a step there, Gouraud a kink, Phong a weaker kink.
+in two faces with an edge in common. Flat shading has a step there, Gouraud a kink, Phong a weaker kink:
+a step's second difference does not depend on the size of the pixels, a kink's falls with it.
+
+All that counts is lit. The line where the light ends is a kink of the exact picture too, which Phong
+shows and Gouraud blurs; it is no Mach band of the mesh.
 """
 
 from __future__ import annotations
@@ -13,18 +17,18 @@ from halftone.scene import shapes
 from halftone.scene.model import Camera, Light, Material, Mesh, Scene
 from halftone.scene.render import render
 
-SIDE = 256
-MESHES = {"ball": shapes.icosphere(2), "ring": shapes.torus(20, 12)}
+MATTE = Material(ambient=(0.1,), diffuse=(0.9,), specular=(0.0,))
+SHINY = Material(ambient=(0.1,), diffuse=(0.6,), specular=(0.3,), exponent=10)
 FACING = 0.5
 """Cosine to the viewer of the faces that count; towards the outline all shadings change fast."""
 
 
-def bands(mesh: Mesh, shading: str, side: int) -> float:
+def bands(mesh: Mesh, material: Material, shading: str, side: int) -> float:
     """The largest second difference across edges that faces share."""
     scene = Scene(
         (mesh,),
-        (Material(ambient=(0.1,), diffuse=(0.9,), specular=(0.0,)),),
-        (Light("distant", (1.0,), direction=(-0.3, -0.5, -1.0)),),
+        (material,),
+        (Light("distant", (1.0,), direction=(-0.2, -0.3, -1.0)),),
         Camera((0.0, 0.0, 5.0), projection="parallel", height=3.0),
         ambient=(1.0,),
         background=(0.0,),
@@ -49,7 +53,19 @@ def across(value: np.ndarray, ids: np.ndarray, faces: np.ndarray) -> float:
     return float(np.abs(second[two][neighbours]).max())
 
 
-if __name__ == "__main__":
-    for name, mesh in MESHES.items():
-        for side in (256, 512, 1024):
-            print(name, side, *(f"{s} {bands(mesh, s, side):.2e}" for s in ("flat", "gouraud", "phong", "fast-phong")))
+@pytest.mark.parametrize("material", [MATTE, SHINY], ids=["matte", "shiny"])
+@pytest.mark.parametrize("divisions", [2, 3])
+def test_flat_exceeds_gouraud_exceeds_phong(material, divisions):
+    ball = shapes.icosphere(divisions)
+    flat, gouraud, phong = (bands(ball, material, s, 512) for s in ("flat", "gouraud", "phong"))
+    assert flat > gouraud > phong
+
+
+@pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
+def test_a_step_stays_and_a_kink_halves_with_the_pixel(shading):
+    ball = shapes.icosphere(2)
+    coarse, fine = (bands(ball, MATTE, shading, side) for side in (256, 512))
+    if shading == "flat":
+        assert fine == pytest.approx(coarse, rel=1e-6)
+    else:
+        assert fine == pytest.approx(coarse / 2, rel=0.1)
