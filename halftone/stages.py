@@ -18,7 +18,6 @@ from halftone.errors import InputError, UsageError
 from halftone.frame import Frame
 from halftone.images.read import Picture
 from halftone.images.rows import piece_rows
-from halftone.tone.ladder import visible_steps
 from halftone.tone.levels import Levels
 from halftone.tone.range import bring_into_range
 from halftone.tone.transfer import encoding as find_encoding
@@ -177,9 +176,8 @@ class Halftoning:
             source = bring_into_range(self.source, levels.darkest, levels.lightest, self.rule)
             halftoner = method.halftoner(Job(source, levels, self.dpi, workers))
             used = workers if halftoner.parallel else 1
-            contours = visible_steps(levels.distinct)
             threads = getattr(halftoner, "threads", used)
-            entry.update(claim=str(method.claim), workers=threads, visible_steps=contours)
+            entry.update(claim=str(method.claim), workers=threads, visible_steps=levels.contours)
         if method.needs == "numpy":
             report.leave_out("numba", f"'{method.text()}' needs no compiled code")
         if source.codes() is not None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from halftone.errors import UsageError
-from halftone.tone.ladder import log_ladder, lstar_ladder, uniform_ladder
+from halftone.tone.ladder import log_ladder, lstar_ladder, uniform_ladder, visible_steps
 from halftone.tone.transfer import Encoding, encoding
 
 __all__ = ["LADDERS", "Levels"]
@@ -115,6 +115,11 @@ class Levels:
     def bits(self) -> int:
         """Bits that hold a level index: 1, 2, 4 or 8."""
         return next(bits for bits in (1, 2, 4, 8) if len(self) <= 1 << bits)
+
+    @cached_property
+    def contours(self) -> int:
+        """How many steps between neighbouring levels show in a smooth area."""
+        return visible_steps(self.distinct)
 
     def middles(self) -> NDArray[np.float32]:
         """Light from which on the next distinct level is the nearer one; above the lower level."""

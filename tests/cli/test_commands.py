@@ -13,7 +13,7 @@ from PIL import Image
 from tests.cli.command import run
 from tests.cli.files import shown
 
-COMMANDS = ("convert", "demo", "list", "cache")
+COMMANDS = ("convert", "render", "plan", "demo", "list", "cache")
 
 
 @pytest.mark.parametrize("args", [(), ("--help",), ("-h",)])
