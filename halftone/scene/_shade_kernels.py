@@ -12,8 +12,13 @@ import math
 import numpy as np
 
 from halftone._jit import kernel, part
+from halftone._lanes import load, splat, store
 
 __all__ = ["blend", "gather_samples", "paint_corners", "paint_faces", "sample_faces", "scatter"]
+
+WIDE = 8  # numbers of a corner: position, normal, 1, 0
+ZERO = np.float32(0.0)
+ONE = np.float32(1.0)
 
 
 @part
@@ -53,35 +58,28 @@ def edge_weights(h, i, j, k, x, y, step):
 
 
 @kernel(
-    "i4[:,:]; f8; f8; f8; i4[:,:]; i4[:,:]; f8[:,:]; f4[:,:]; i4[:]; u1[:];"
-    "f4[:]; f4[:,:]; f4[:,:]; i4[:]"
+    "i4[:,:]; f8; f8; f8; i4[:,:]; i4[:,:]; f8[:,:]; f4[:]; f4[:]; i4[:]; u1[:];"
+    "f4[:]; f4[:]; f4[:]; f4[:,:]; f4[:,:]; i4[:]",
+    lanes=True,
 )
 def gather_samples(
-    ids,
-    x0,
-    y0,
-    pitch,
-    faces,
-    corners,
-    h,
-    attributes,
-    materials,
-    two_sided,
-    weight,
-    position,
-    normal,
-    material,
-):
+    ids, x0, y0, pitch, faces, corners, h, table, sides, materials, two_sided, edge, row_of, scale,
+    position, normal, material,
+):  # fmt: skip
     """What the covered pixels of a band show, row by row, for shading pixel by pixel (Phong).
 
     ids : (rows, N). x0, y0 : place of the first pixel's centre, from the middle of the picture, and
     pitch, the distance to the next, in pixels of h.
-    corners : (F, 3) into attributes (A, 6), float32: position and normal. weight : (N,) scratch.
-    position, normal : (3, K), of length 1; material : (K,). The normal turns to the viewer on the back
-    of a two-sided material and is 0 on the back of another, which shows ambient light only.
+    corners : (F, 3) into table (A · WIDE,): position, normal, 1 and 0 of each. sides : (4 · WIDE,),
+    what these are multiplied by on the front, on the back of a two-sided material and on other backs,
+    then 0, 1, 2, …: a normal turns to the viewer, or is 0, which shows ambient light only.
+    Scratch: edge (2 · WIDE,), row_of (WIDE · (N + WIDE),), scale (N,).
+    position, normal : (3, K), of length 1; material : (K + WIDE,), of which the last are scratch.
     """
     done = 0
     width = ids.shape[1]
+    pace = width + WIDE
+    ramp = load(sides, 3 * WIDE, WIDE)
     for row in range(ids.shape[0]):
         begun = done
         y = y0 + pitch * np.float64(row)
@@ -105,50 +103,40 @@ def gather_samples(
             s0 = (np.float32(v0) - a0) * share
             s1 = (np.float32(v1) - a1) * share
             s2 = (np.float32(v2) - a2) * share
-            c0, c1, c2 = np.uint64(corners[g, 0]), np.uint64(corners[g, 1]), np.uint64(corners[g, 2])
             m = materials[g]
-            side = np.float32(1.0)
+            t0 = load(table, np.int64(corners[g, 0]) * WIDE, WIDE)
+            t1 = load(table, np.int64(corners[g, 1]) * WIDE, WIDE)
+            t2 = load(table, np.int64(corners[g, 2]) * WIDE, WIDE)
+            here = splat(a0, WIDE) * t0 + splat(a1, WIDE) * t1 + splat(a2, WIDE) * t2
+            step = splat(s0, WIDE) * t0 + splat(s1, WIDE) * t1 + splat(s2, WIDE) * t2
             if not front:
-                side = np.float32(-1.0) if two_sided[np.uint64(m)] else np.float32(0.0)
-            px = a0 * attributes[c0, 0] + a1 * attributes[c1, 0] + a2 * attributes[c2, 0]
-            py = a0 * attributes[c0, 1] + a1 * attributes[c1, 1] + a2 * attributes[c2, 1]
-            pz = a0 * attributes[c0, 2] + a1 * attributes[c1, 2] + a2 * attributes[c2, 2]
-            nx = a0 * attributes[c0, 3] + a1 * attributes[c1, 3] + a2 * attributes[c2, 3]
-            ny = a0 * attributes[c0, 4] + a1 * attributes[c1, 4] + a2 * attributes[c2, 4]
-            nz = a0 * attributes[c0, 5] + a1 * attributes[c1, 5] + a2 * attributes[c2, 5]
-            qx = s0 * attributes[c0, 0] + s1 * attributes[c1, 0] + s2 * attributes[c2, 0]
-            qy = s0 * attributes[c0, 1] + s1 * attributes[c1, 1] + s2 * attributes[c2, 1]
-            qz = s0 * attributes[c0, 2] + s1 * attributes[c1, 2] + s2 * attributes[c2, 2]
-            mx = s0 * attributes[c0, 3] + s1 * attributes[c1, 3] + s2 * attributes[c2, 3]
-            my = s0 * attributes[c0, 4] + s1 * attributes[c1, 4] + s2 * attributes[c2, 4]
-            mz = s0 * attributes[c0, 5] + s1 * attributes[c1, 5] + s2 * attributes[c2, 5]
-            base = a0 + a1 + a2
-            rise = s0 + s1 + s2
-            for i in range(count):
-                t = np.float32(i)
-                at = np.uint64(done + i)
-                position[0, at] = px + t * qx
-                position[1, at] = py + t * qy
-                position[2, at] = pz + t * qz
-                normal[0, at] = (nx + t * mx) * side
-                normal[1, at] = (ny + t * my) * side
-                normal[2, at] = (nz + t * mz) * side
-                weight[np.uint64(done - begun + i)] = base + t * rise
-                material[at] = m
+                side = load(sides, WIDE if two_sided[np.uint64(m)] else 2 * WIDE, WIDE)
+                here, step = here * side, step * side
+            store(edge, 0, here)
+            store(edge, WIDE, step)
+            for i in range(0, count, WIDE):  # what is written too much is written over
+                store(material, done + i, splat(m, WIDE))
+                t = splat(np.float32(i), WIDE) + ramp
+                for c in range(7):
+                    value = splat(edge[np.uint64(c)], WIDE) + t * splat(edge[np.uint64(WIDE + c)], WIDE)
+                    store(row_of, c * pace + done - begun + i, value)
             done += count
             x = end
+        # One result a loop, which the compiler then turns into vectors.
         for n in range(done - begun):
-            i = np.uint64(begun + n)
-            over = np.float32(1.0) / weight[n]
-            position[0, i] = position[0, i] * over
-            position[1, i] = position[1, i] * over
-            position[2, i] = position[2, i] * over
-            a, b, c = normal[0, i], normal[1, i], normal[2, i]
+            scale[n] = np.float32(1.0) / row_of[np.uint64(6 * pace + n)]
+        for axis in range(3):
+            for n in range(done - begun):
+                position[axis, np.uint64(begun + n)] = row_of[np.uint64(axis * pace + n)] * scale[n]
+        for n in range(done - begun):
+            a = row_of[np.uint64(3 * pace + n)]
+            b = row_of[np.uint64(4 * pace + n)]
+            c = row_of[np.uint64(5 * pace + n)]
             square = a * a + b * b + c * c
-            length = np.float32(1.0) / np.float32(math.sqrt(square if square > 0 else np.float32(1.0)))
-            normal[0, i] = a * length
-            normal[1, i] = b * length
-            normal[2, i] = c * length
+            scale[n] = np.float32(1.0) / np.sqrt(square if square > ZERO else ONE)
+        for axis in range(3):
+            for n in range(done - begun):
+                normal[axis, np.uint64(begun + n)] = row_of[np.uint64((3 + axis) * pace + n)] * scale[n]
 
 
 @kernel("i4[:,:]; f4[:,:]; f4[:]; u1; f4[:,:,:]")

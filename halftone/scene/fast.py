@@ -74,6 +74,9 @@ class FastPhong(Phong):
         self.visible, self.fallen_back = count, int(np.count_nonzero(exact))
 
     def paint(self, ids: Ids, x0: float, y0: float, pitch: float, fill: bool, out: Rows) -> None:
+        if self.fallen_back and self.fallen_back == self.visible:  # nothing to part
+            super().paint(ids, x0, y0, pitch, fill, out)
+            return
         if self.fallen_back:
             exact = np.where(self.exact[np.maximum(ids, 0)], ids, np.int32(-1))
             if (exact >= 0).any():

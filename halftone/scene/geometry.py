@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,13 @@ class Geometry:
     detail: NDArray[np.int32] | None
     plane: NDArray[np.int32] | None
     zero_normals: int
+
+    @cached_property
+    def table(self) -> NDArray[np.float32]:
+        """The attributes as float32 (A · 8,): position, normal, 1 and 0 of each."""
+        made = np.zeros((len(self.attributes), 8), np.float32)
+        made[:, :6], made[:, 6] = self.attributes, 1
+        return made.ravel()
 
 
 def geometry_of(scene: Scene) -> Geometry:

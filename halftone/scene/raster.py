@@ -23,6 +23,8 @@ GUARD = 131072.0
 """Pixels from the middle of the picture that a snapped corner may have; beyond it faces are clipped."""
 PARTS = 16
 """Stretches that vertices and faces are worked on in, at most."""
+LEAST = 65536
+"""Vertices or faces of a stretch: fewer are done sooner than a thread starts."""
 
 
 def run(work: Callable[[int, int], None], count: int, size: int, workers: int) -> None:
@@ -47,7 +49,7 @@ def run(work: Callable[[int, int], None], count: int, size: int, workers: int) -
 
 def stretch(count: int) -> int:
     """How many of *count* vertices or faces are worked on at a time."""
-    return max(4096, -(-count // PARTS))
+    return max(LEAST, -(-count // PARTS))
 
 
 class Bins(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -35,6 +36,9 @@ from halftone.scene.view import View, view_of
 __all__ = ["Picture", "Renderer", "plan", "render"]
 
 MOST_SAMPLES = 16
+WIDE_BAND = 2 * BAND
+"""Rows of a band for shadings that keep little for each pixel."""
+Band = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +123,7 @@ class Renderer:
         shadow_resolution: int = 2048,
         workers: int = 1,
         force_all: bool = False,
-        band: int = BAND,
+        band: int | None = None,
         out: NDArray[np.float32] | None = None,
     ) -> Picture:
         """The picture of *width* × *height* pixels; the same bytes for any number of workers.
@@ -129,7 +133,7 @@ class Renderer:
         R, G, B, for the reason *why*. angle : degrees between normals of a face above which fast
         Phong shades it exactly. shadow_resolution : pixels a side of a light's map. workers : threads,
         0 for one a processor. force_all : run every stage, needed or not; the pixels are the same.
-        band : rows at a time. out : float32 (height, width, C) to write to.
+        band : rows at a time, None for what is fastest. out : float32 (height, width, C) to write to.
 
         Raises UsageError for unknown names and InputError for scenes that have no meaning.
         """
@@ -141,7 +145,9 @@ class Renderer:
             )
         whole("shadow_resolution", shadow_resolution, 1, 1 << 14)
         job = _Job(self, Target(width, height, channels, why), shading, samples, count_workers(workers))
-        job.band = max(1, whole("band", band, 1, 1 << 17) // samples) * samples
+        rows = WIDE_BAND if shading in ("flat", "gouraud") else BAND
+        rows = rows if band is None else whole("band", band, 1, 1 << 17)
+        job.band = max(1, rows // samples) * samples
         job.force_all = force_all
         return job.run(angle, shadow_resolution, out)
 
@@ -194,14 +200,16 @@ class _Job:
         made = projected(g, self.view, self.workers, self.band, clear, force)
         self.lap("projection")
         visibility = Visibility(made, g)
-        visibility.all(self.workers)
-        self.lap("visibility")
         way = self._way(light, shadows, made, angle)
-        if not isinstance(way, Phong) or self.shading == "fast-phong":
+        radiance = self._radiance(light, out)
+        shade = Composer(self, way, visibility, light).band(radiance, self.shares)
+        if self.shading == "phong":
+            self._at_once(visibility.band, shade)
+        else:
             way.prepare(self._seen(made, visibility))
             self.lap("faces")
-        radiance = self._shaded(way, visibility, light, out)
-        self.lap("shading")
+            run(shade, self.view.height, self.band, self.workers)
+            self.lap("shading")
         if needs.scale or force:
             limits = extent([radiance])
             if needs.scale:
@@ -233,25 +241,43 @@ class _Job:
         kind = {"flat": Flat, "gouraud": Gouraud, "phong": Phong}[self.shading]
         return kind(*given)
 
+    def _at_once(self, see: Band, shade: Band) -> None:
+        """Both of every band, one after the other while it is in the cache; the time is shared out."""
+        parts: list[tuple[float, float]] = []
+
+        def work(top: int, bottom: int) -> None:
+            begun = perf_counter()
+            see(top, bottom)
+            seen = perf_counter()
+            shade(top, bottom)
+            parts.append((seen - begun, perf_counter() - seen))
+
+        run(work, self.view.height, self.band, self.workers)
+        first, second = (sum(times) for times in zip(*parts, strict=True))
+        self.lap("shading")
+        self.seconds["visibility"] = self.seconds["shading"] * first / (first + second)
+        self.seconds["shading"] -= self.seconds["visibility"]
+
     def _seen(self, made: Projected, visibility: Visibility) -> NDArray[np.uint8]:
-        """(F,) uint8: 1 for faces seen from the front, 2 from the back, 0 for others."""
+        """See every row. (F,) uint8: 1 for faces seen from the front, 2 from the back, 0 for others."""
         g, seen = self.geometry, np.zeros(len(self.geometry.faces) + 1, np.uint8)
 
-        def mark(top: int, bottom: int) -> None:
+        def see(top: int, bottom: int) -> None:
+            visibility.band(top, bottom)
             for ids in [visibility.ids[top:bottom], *visibility.layers.get(top, [])]:
                 _raster_kernels.mark(ids, seen)
 
         def turn(start: int, stop: int) -> None:
             _raster_kernels.turn(start, stop, g.faces, made.h, seen[1:])
 
-        run(mark, self.view.height, self.band, self.workers)
+        run(see, self.view.height, self.band, self.workers)
+        self.lap("visibility")
         if len(g.faces):
             run(turn, len(g.faces), stretch(len(g.faces)), self.workers)
         return seen[1:]
 
-    def _shaded(
-        self, way: Shading, visibility: Visibility, light: Illumination, out: NDArray[np.float32] | None
-    ) -> NDArray[np.float32]:
+    def _radiance(self, light: Illumination, out: NDArray[np.float32] | None) -> NDArray[np.float32]:
+        """Where the picture goes; the shares of its pixels go to self.shares, where they are needed."""
         shape = (self.target.height, self.target.width, light.channels)
         radiance = np.empty(shape, np.float32) if out is None else out
         if radiance.shape != shape or radiance.dtype != np.float32 or not radiance.flags.c_contiguous:
@@ -260,8 +286,6 @@ class _Job:
             )
         needed = self.samples > 1 or self.needs.clear or self.force_all
         self.shares = np.empty(shape[:2], np.float32) if needed else None
-        composer = Composer(self, way, visibility, light)
-        run(composer.band(radiance, self.shares), self.view.height, self.band, self.workers)
         return radiance
 
     def _picture(

@@ -24,6 +24,12 @@ Rows = NDArray[np.float32]
 
 SHADINGS = ("flat", "gouraud", "phong", "fast-phong")
 
+_SIGNS = np.repeat(np.array([[1, 1, 1], [1, -1, 0], [1, 1, 1]], np.float32), (3, 3, 2), axis=0).T
+SIDES = np.append(_SIGNS, np.arange(8, dtype=np.float32))
+"""What a corner's numbers are multiplied by on fronts, backs of two-sided materials and other backs;
+then 0 … 7.
+"""
+
 
 class Shade(Protocol):
     """Which lights reach the samples: (lights, K) uint8, or None where all do."""
@@ -42,12 +48,14 @@ class Samples:
         """(position, normal, material) of the *count* covered pixels of *ids*."""
         g, take = self.geometry, self.scratch.take
         position, normal = take("position", (3, count)), take("normal", (3, count))
-        material = take("material", (count,), np.int32)
+        material = take("material", (count + kernels.WIDE,), np.int32)
         kernels.gather_samples(
-            ids, x0, y0, pitch, g.faces, g.corners, self.made.h, g.attributes, g.materials,
-            self.two_sided, take("weight", (ids.shape[1],)), position, normal, material,
+            ids, x0, y0, pitch, g.faces, g.corners, self.made.h, g.table, SIDES, g.materials,
+            self.two_sided, take("edge", (2 * kernels.WIDE,)),
+            take("row", (kernels.WIDE * (ids.shape[1] + kernels.WIDE),)), take("scale", ids.shape[1:]),
+            position, normal, material,
         )  # fmt: skip
-        return position, normal, material
+        return position, normal, material[:count]
 
 
 class Shading:

@@ -1,9 +1,9 @@
 """Times of the scene renderer: ``python -m tests.bench.scene`` prints them as Markdown.
 
 Tori of 64 × 32, 220 × 110 and 950 × 475 quads at 1024², in the four shadings, best and median of runs
-in turns; with VTK beside them if it is installed and can draw without a screen (its Phong beside fast Phong, which
-it has not; it hands over 8 bits, ours is float32). Then the barest scene
-by its plan and by the forced full plan, whose pixels are compared, and the first picture of a process.
+in turns; with VTK beside them if it is installed and can draw without a screen (its Phong beside fast
+Phong, which it has not; it hands over 8 bits, ours is float32). Then the barest scene by its plan and
+by the forced full plan, whose pixels are compared, and the first picture of a process.
 """
 
 from __future__ import annotations

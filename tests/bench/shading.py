@@ -7,7 +7,7 @@ both cover. One thread, best of runs in turns.
 
 Vertex normals are the sphere's, so that only the shadings differ; ``--averaged`` has the package's
 averages of face normals instead. ``--distant`` has light and viewer at infinity, for which fast Phong
-was made: it takes both from the middle of a face. At n_s = 1 the highlight still has a third of its
+was made: it takes both from the middle of a face. At n_s = 1 the highlight still has over a third of its
 strength where the light ends (N·L = 0), a jump that no interpolation follows: the slopes fall.
 """
 
