@@ -118,6 +118,18 @@ def test_ctrl_c_leaves_no_half_file(before: bytes, slow: Path, tmp_path: Path) -
         assert out.read_bytes() == before
 
 
+@pytest.mark.parametrize("pause", [0.0, 0.01, 0.03])
+def test_a_second_ctrl_c_leaves_no_half_file_either(pause: float, slow: Path, tmp_path: Path) -> None:
+    with _terminal("convert", slow, tmp_path / "out.png", env=SLOW) as (process, read):
+        read(lambda seen: BAR in seen)
+        process.send_signal(signal.SIGINT)
+        time.sleep(pause)
+        process.send_signal(signal.SIGINT)
+        read()
+        assert process.wait() == 130
+    assert names_in(tmp_path) == []
+
+
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_ctrl_c_keeps_what_is_whole(jobs: str, large: Path, tmp_path: Path) -> None:
     """Of many pictures the first are whole, the others are not there."""
