@@ -9,9 +9,9 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType, ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
-__all__ = ["interrupted", "interruptible", "listen", "our_devices", "quiet_libraries"]
+__all__ = ["interrupted", "interruptible", "listen", "our_devices", "profile", "quiet_libraries"]
 
 T = TypeVar("T")
 
@@ -120,3 +120,8 @@ def our_devices() -> ModuleType:
     from devices import profile
 
     return profile
+
+
+def profile(name: str | None) -> Any:
+    """The profile that ``--device`` names, or None."""
+    return None if name is None else our_devices().load(name)

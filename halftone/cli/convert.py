@@ -197,6 +197,7 @@ def _write(bands: Any, task: _Task, options: argparse.Namespace, limit: int) -> 
 def _recipe(options: argparse.Namespace) -> Any:
     """Everything but the picture, checked."""
     from halftone._arrays import whole
+    from halftone.cli.console import profile
     from halftone.errors import UsageError
     from halftone.recipe import Recipe
 
@@ -212,7 +213,7 @@ def _recipe(options: argparse.Namespace) -> Any:
     if options.max_memory is not None:
         given["max_memory"] = options.max_memory
     return Recipe(
-        profile=_profile(options.device),
+        profile=profile(options.device),
         method=options.method,
         content=options.content,
         levels=options.levels,
@@ -234,14 +235,6 @@ def _recipe(options: argparse.Namespace) -> Any:
         workers=options.jobs if len(options.inputs) == 1 else 1,
         **given,
     )
-
-
-def _profile(name: str | None) -> Any:
-    if name is None:
-        return None
-    from halftone.cli.console import our_devices
-
-    return our_devices().load(name)
 
 
 def _tasks(options: argparse.Namespace) -> list[_Task]:

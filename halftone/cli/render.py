@@ -214,11 +214,11 @@ def _write(bands: Any, options: argparse.Namespace) -> int:
 
 def _recipe(options: argparse.Namespace) -> tuple[Recipe, int, int, list[str]]:
     """(recipe, width, height in dots, why)."""
-    from halftone.cli.convert import _profile
+    from halftone.cli.console import profile as find_profile
     from halftone.images.resize import parse_size
     from halftone.recipe import Recipe
 
-    profile = _profile(options.device)
+    profile = find_profile(options.device)
     width, height = (None, None) if options.size is None else parse_size(options.size)
     why = []
     if width is None and height is None and profile is not None:

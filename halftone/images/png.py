@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from halftone.frame import Bands, Frame
     from halftone.images.output import Output
 
-__all__ = ["encode", "encode_gray", "has_own_ladder", "write", "write_preview"]
+__all__ = ["encode", "has_own_ladder", "write", "write_preview"]
 
 Indices = NDArray[np.uint8]
 
@@ -53,13 +53,6 @@ def encode(frame: Frame) -> bytes:
     """The frame's level indices as a PNG file."""
     file = io.BytesIO()
     write(frame.bands(), file)
-    return file.getvalue()
-
-
-def encode_gray(codes: Indices, dpi: tuple[float, float] | None = None) -> bytes:
-    """8-bit sRGB gray codes (M, N) as a PNG file."""
-    file = io.BytesIO()
-    _write(file, (codes.shape[0], codes.shape[1]), 8, _GRAY, iter([codes]), b"", dpi)
     return file.getvalue()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,10 +10,10 @@ from halftone.errors import UsageError
 from halftone.packing import Packing, pack
 
 if TYPE_CHECKING:
-    from halftone.frame import Bands, Frame
+    from halftone.frame import Bands
     from halftone.images.output import Output
 
-__all__ = ["encode_pbm", "encode_pgm", "write_pbm", "write_pgm"]
+__all__ = ["write_pbm", "write_pgm"]
 
 
 def write_pbm(bands: Bands, file: Output) -> None:
@@ -37,17 +36,3 @@ def write_pgm(bands: Bands, file: Output) -> None:
     file.write(b"P5\n%d %d\n%d\n" % (width, height, n - 1 if ladder else 255))
     for part in bands:
         file.write(np.ascontiguousarray(part.indices if ladder else part.preview()).data)
-
-
-def encode_pbm(frame: Frame) -> bytes:
-    """Two levels as the bytes of a PBM file."""
-    file = io.BytesIO()
-    write_pbm(frame.bands(), file)
-    return file.getvalue()
-
-
-def encode_pgm(frame: Frame) -> bytes:
-    """The bytes of a PGM file."""
-    file = io.BytesIO()
-    write_pgm(frame.bands(), file)
-    return file.getvalue()

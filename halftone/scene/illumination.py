@@ -176,11 +176,6 @@ class Illumination:
         placed = (any((p.attenuated, p.cone, p.lobe, p.flaps)) for p in self.lamps)
         return self.force_all or any(placed)
 
-    @property
-    def active(self) -> tuple[int, ...]:
-        """Numbers of the lights that show on any material."""
-        return tuple(sorted(source.index for source in self._sources))
-
     def transparency(self, material: NDArray[np.int32], n_z: Rows) -> Rows:
         """k_t of each sample: :func:`halftone.scene.transparency.transparency`."""
         return transparency(self.materials, material, n_z, force_all=self.force_all)

@@ -16,7 +16,7 @@ from PIL import Image
 
 from halftone.errors import UsageError
 from halftone.frame import Frame
-from halftone.images import png, pnm, tiff
+from halftone.images import png, tiff, write
 from halftone.tone.levels import Levels
 from tests.images.strategies import frames
 
@@ -116,7 +116,7 @@ def test_gray_where_the_levels_are_srgbs_own(encode: object, count: int) -> None
 @given(frames(most=2))
 def test_pbm_round_trip(frame: Frame) -> None:
     height, width = frame.shape
-    data = pnm.encode_pbm(frame)
+    data = write.encode(frame, "pbm")
     head = b"P4\n%d %d\n" % (width, height)
     assert data.startswith(head)
     assert len(data) == len(head) + height * ((width + 7) // 8)
@@ -131,7 +131,7 @@ def test_pbm_round_trip(frame: Frame) -> None:
 @settings(max_examples=80)
 def test_pgm_round_trip(frame: Frame) -> None:
     height, width = frame.shape
-    data = pnm.encode_pgm(frame)
+    data = write.encode(frame, "pgm")
     magic, size, top, pixels = data.split(b"\n", 3)
     assert (magic, size) == (b"P5", b"%d %d" % (width, height))
     values = np.frombuffer(pixels, np.uint8).reshape(height, width)
@@ -147,13 +147,15 @@ def test_pgm_round_trip(frame: Frame) -> None:
 
 def test_pbm_refuses_three_levels() -> None:
     with pytest.raises(UsageError, match="3"):
-        pnm.encode_pbm(Frame(np.zeros((2, 2), np.uint8), Levels.of(3)))
+        write.encode(Frame(np.zeros((2, 2), np.uint8), Levels.of(3)), "pbm")
 
 
-def test_png_of_gray_codes() -> None:
+def test_png_of_what_is_seen() -> None:
     codes = np.arange(6, dtype=np.uint8).reshape(2, 3) * 50
     for array in (codes, np.asfortranarray(codes), codes[:, ::-1]):
-        data = png.encode_gray(array, (300.0, 150.0))
+        file = io.BytesIO()
+        png.write_preview(Frame(array, Levels.of(256), dpi=(300.0, 150.0)).bands(), file)
+        data = file.getvalue()
         assert _ihdr(data) == (3, 2, 8, 0, 0, 0, 0)
         with Image.open(io.BytesIO(data)) as picture:
             assert np.array_equal(np.asarray(picture), array)
