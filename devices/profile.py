@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,12 @@ class DeviceProfile:
     1 is the device's white.
     bits, bit_order, codes : as in :class:`halftone.packing.Packing`.
     default_method : a method's text form, or None for the product's default.
+    language : what it understands (``halftone devices languages``), or None if it is no printer of
+    ours. options : the language's options that suit it.
+    density : the least and the greatest number it takes for how dark it prints, or None.
+    cut : whether it cuts the paper after a page unless told otherwise.
+    dot_x, dot_y : measured diameter of a printed dot across and down, in dots (1 touches its
+    neighbours); None where nobody has measured.
     """
 
     name: str
@@ -49,6 +55,12 @@ class DeviceProfile:
     bit_order: str = "msb"
     codes: tuple[int, ...] | None = None
     default_method: str | None = None
+    language: str | None = None
+    options: dict[str, Any] = field(default_factory=dict)
+    density: tuple[int, ...] | None = None
+    cut: bool = False
+    dot_x: float | None = None
+    dot_y: float | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -71,6 +83,16 @@ class DeviceProfile:
             check_method(self.default_method)
         if self.codes is not None and len(self.codes) != len(self.levels):
             raise UsageError(f"{len(self.codes)} codes for {len(self.levels)} levels")
+        if self.density is not None and (len(self.density) != 2 or self.density[0] > self.density[1]):
+            raise UsageError(f"density = {list(self.density)}; allowed: [least, greatest]")
+        if (self.dot_x is None) != (self.dot_y is None):
+            raise UsageError("give both dot_x and dot_y, or neither")
+        for name in ("dot_x", "dot_y"):
+            value = getattr(self, name)
+            if value is not None and not 0.1 <= value <= 4:
+                raise UsageError(f"{name} = {value}; allowed: 0.1 … 4 dots")
+        if self.options and self.language is None:
+            raise UsageError("options are given and no language")
 
     @cached_property
     def levels(self) -> Levels:
@@ -156,6 +178,10 @@ def _checked(path: Path, key: str, value: Any, annotation: str) -> Any:
     """*value* if it has one of the types of its field; lists become tuples."""
     if isinstance(value, list):
         value = tuple(value)
+    if annotation == "bool" and isinstance(value, bool):
+        return value
+    if annotation.startswith("dict") and isinstance(value, dict):
+        return value
     kinds: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (float, int)}
     allowed = tuple(t for part in annotation.split(" | ") for t in kinds.get(part, ()))
     number: Any = int if "tuple[int" in annotation else (int, float)
@@ -167,5 +193,6 @@ def _checked(path: Path, key: str, value: Any, annotation: str) -> Any:
     ):
         kind = annotation.replace("tuple[float, ...]", "list of numbers")
         kind = kind.replace("tuple[int, ...]", "list of integers").replace(" | None", "")
+        kind = kind.replace("bool", "true, false").replace("dict[str, Any]", "a table")
         raise UsageError(f"profile '{path}': {key} = {value!r}; allowed: {kind}")
     return value

@@ -122,6 +122,8 @@ class Language(ABC):
     media_type: ClassVar[str]
     widest: ClassVar[int] = 65_535
     """The most dots of a row that its headers can state."""
+    native_copies: ClassVar[bool] = False
+    """Whether it has a command for copies; where it has none, the caller sends the page again."""
     status_query: ClassVar[bytes] = b""
     """What asks the device how it is, between two commands; empty if the language has no such thing."""
 

@@ -17,12 +17,17 @@ __all__ = ["main"]
 
 _COMMANDS = {
     "convert": "pictures to what a device can show, as PNG, PBM, PGM, TIFF or packed bytes",
+    "print": "pictures to a printer, or to what it would get",
     "render": "a scene, or a bare mesh, straight to what a device can show",
     "plan": "which stages rendering a scene takes, which it leaves out, and why",
     "demo": "one strip: a photograph and what five limited devices show of it",
     "list": "methods, devices, encodings and level ladders",
+    "decode": "the bytes of a print job back to pictures",
+    "devices": "printers that are there: list, info, languages, status, doctor",
     "cache": "the compiled kernels kept for this user: warm, info, clear",
 }
+
+_MODULES = {"list": "listing", "print": "printing"}  # a module's name must not hide a built-in one
 
 
 class _Parser(argparse.ArgumentParser):
@@ -93,7 +98,7 @@ def _run(arguments: list[str]) -> int:
         sub = subparsers.add_parser(name, help=purpose, description=purpose, allow_abbrev=False)
         sub._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf)")  # -1e-1 is a number too
         if name == command:  # only the one that is run says what it takes
-            module = import_module(f"halftone.cli.{'listing' if name == 'list' else name}")
+            module = import_module(f"halftone.cli.{_MODULES.get(name, name)}")
             module.arguments(sub)
             sub.set_defaults(run=module.run)
     options, unknown = parser.parse_known_args(arguments)

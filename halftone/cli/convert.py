@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from halftone.cli.picture import recipe, recipe_arguments
+
 __all__ = ["arguments", "run"]
 
 
@@ -23,52 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="IN... OUT",
         help="picture files, or - for stdin; then a file (.png .pbm .pgm .tiff .raw), a folder, or -",
     )
-    group = parser.add_argument_group("what the device can show")
-    add = group.add_argument
-    add(
-        "-d",
-        "--device",
-        metavar="NAME",
-        help="a device profile (halftone list devices) or .toml file",
-    )
-    add("-l", "--levels", help="N, uniform-linear:N, lstar:N, log:I0:N, or luminances Y0,Y1,…")
-    add("--gamma", help="response of the device, for a count of levels: 2.2, srgb, … (default srgb)")
-    add("--size", metavar="WxH", help="size in dots; Wx or xH keeps the shape")
-    add("--width", type=int, metavar="W", help="width in dots; the height follows")
-    add("--fit", choices=("contain", "cover", "stretch"), help="with --size WxH")
-    group = parser.add_argument_group("how it is halftoned")
-    add = group.add_argument
-    add("-m", "--method", help="a method (halftone list methods); default floyd-steinberg")
-    add("--content", metavar="C", help="text, graphic or photo: the method that suits it")
-    add("--strength", type=float, metavar="S", help="0 (nearest level) … 1 (full)")
-    add("--serpentine", action="store_true", default=None, help="scan odd rows backwards")
-    add("--raster", dest="serpentine", action="store_false", help="scan all rows forwards")
-    add("--seed", type=int, metavar="N", help="for methods that draw random numbers")
-    add(
-        "--range",
-        default="clip",
-        metavar="RULE",
-        help="light beyond the levels: clip, scale, compress",
-    )
-    group = parser.add_argument_group("the picture")
-    add = group.add_argument
-    add("--encoding", metavar="E", help="what its codes mean: srgb, bt709, gamma:G, linear")
-    add("--brightness", type=float, default=0.0, metavar="B", help="-1 … 1")
-    add("--contrast", type=float, default=0.0, metavar="C", help="-1 … 1")
-    add("--auto-levels", action="store_true", help="darkest and lightest 0.5 %% to black and white")
-    add("--invert", action="store_true", help="white less the light")
-    add(
-        "--background",
-        default="white",
-        help="under transparent pixels: white, black, or light 0 … 1",
-    )
-    add("--nonfinite", default="error", metavar="P", help="NaN and infinity: error, or clip")
-    add(
-        "--max-memory",
-        type=_bytes,
-        metavar="SIZE",
-        help="refuse what takes more: 500M, 8G (default 4G)",
-    )
+    recipe_arguments(parser)
     group = parser.add_argument_group("output")
     add = group.add_argument
     add("--format", metavar="F", help="png, pbm, pgm, tiff, raw; default: by OUT's ending, else png")
@@ -88,6 +45,7 @@ class _Task:
 
 def run(options: argparse.Namespace) -> int:
     """Convert all inputs; a bad one is named and the others are still converted."""
+    from halftone._arrays import whole
     from halftone._parallel import count_workers
     from halftone.cli.console import interruptible, quiet_libraries
     from halftone.cli.progress import Bar
@@ -96,13 +54,14 @@ def run(options: argparse.Namespace) -> int:
     if len(options.paths) < 2:
         raise UsageError(f"only '{options.paths[0]}' was named; give one or more IN, and OUT")
     *options.inputs, options.output = options.paths
-    recipe = _recipe(options)
+    whole("upscale", options.upscale, 1, 256)
+    made = recipe(options, sources=len(options.inputs))
     tasks = _tasks(options)
-    _check_levels(recipe, tasks, options)
+    _check_levels(made, tasks, options)
     jobs = count_workers(options.jobs)
     with quiet_libraries(), Bar(len(tasks), shown=not options.quiet) as bar:
         results = interruptible(
-            lambda: _all(tasks, jobs, lambda task: _one(task, options, recipe, bar), bar.stop), bar.stop
+            lambda: _all(tasks, jobs, lambda task: _one(task, options, made, bar), bar.stop), bar.stop
         )
     failed = [r for r in results if "error" in r]
     for result in results:
@@ -194,49 +153,6 @@ def _write(bands: Any, task: _Task, options: argparse.Namespace, limit: int) -> 
     stages.append({"stage": "write", "bytes": size, "seconds": round(spent, 6)})
 
 
-def _recipe(options: argparse.Namespace) -> Any:
-    """Everything but the picture, checked."""
-    from halftone._arrays import whole
-    from halftone.cli.console import profile
-    from halftone.errors import UsageError
-    from halftone.recipe import Recipe
-
-    width, height = options.width, None
-    if options.size is not None:
-        from halftone.images.resize import parse_size
-
-        if width is not None:
-            raise UsageError("both --size and --width were given; give one")
-        width, height = parse_size(options.size)
-    whole("upscale", options.upscale, 1, 256)
-    given: dict[str, Any] = {}
-    if options.max_memory is not None:
-        given["max_memory"] = options.max_memory
-    return Recipe(
-        profile=profile(options.device),
-        method=options.method,
-        content=options.content,
-        levels=options.levels,
-        width=width,
-        height=height,
-        fit=options.fit,
-        encoding=options.encoding,
-        gamma=options.gamma,
-        brightness=options.brightness,
-        contrast=options.contrast,
-        auto_levels=options.auto_levels,
-        invert=options.invert,
-        background=options.background,
-        range=options.range,
-        nonfinite=options.nonfinite,
-        serpentine=options.serpentine,
-        strength=options.strength,
-        seed=options.seed,
-        workers=options.jobs if len(options.inputs) == 1 else 1,
-        **given,
-    )
-
-
 def _tasks(options: argparse.Namespace) -> list[_Task]:
     """Input and output paths; everything that is wrong with them is said before any work."""
     from halftone.errors import OutputError, UsageError
@@ -282,16 +198,3 @@ def _same(first: str, second: str) -> bool:
         return os.path.samefile(first, second)
     except OSError:
         return False
-
-
-def _bytes(text: str) -> int:
-    """A size as 500M or 8G; plain numbers are MiB."""
-    units = {"K": 10, "M": 20, "G": 30}
-    number, unit = (text[:-1], text[-1].upper()) if text[-1:].isalpha() else (text, "M")
-    try:
-        size = int(float(number) * (1 << units[unit]))
-    except (ValueError, KeyError, OverflowError):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a size; allowed: 500M, 8G") from None
-    if size < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not above 0")
-    return size

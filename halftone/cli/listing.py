@@ -7,7 +7,7 @@ from typing import Any
 
 from halftone.errors import UsageError
 
-__all__ = ["arguments", "run"]
+__all__ = ["arguments", "run", "show_table"]
 
 _WHAT = ("methods", "devices", "screens", "encodings", "levels")
 
@@ -27,11 +27,16 @@ def run(options: argparse.Namespace) -> int:
 
         print(json.dumps(rows, indent=1, ensure_ascii=False))
         return 0
+    show_table(rows)
+    return 0
+
+
+def show_table(rows: list[dict[str, Any]]) -> None:
+    """Rows with the same keys, under their keys."""
     table = [list(rows[0]), *([str(v) for v in row.values()] for row in rows)]
     widths = [max(len(line[c]) for line in table) for c in range(len(table[0]))]
     for line in table:
         print("  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip())
-    return 0
 
 
 def _screens(dpi: float | None) -> list[dict[str, Any]]:
