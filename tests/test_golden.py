@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from tests.golden import streams
 from tests.golden.make import CASES, FOLDER, frame, path
 
 
@@ -62,3 +63,13 @@ def _has_v4() -> bool:
     from numpy._core._multiarray_umath import __cpu_features__
 
     return bool(__cpu_features__.get("X86_V4"))
+
+
+@pytest.mark.parametrize("case", streams.CASES, ids=str)
+def test_golden_streams(case):
+    """The bytes of a printer language do not change silently either."""
+    assert streams.line(*case) in streams.FILE.read_text().splitlines()
+
+
+def test_every_golden_stream_has_a_case():
+    assert len(streams.FILE.read_text().splitlines()) == len(streams.CASES)

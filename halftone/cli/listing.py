@@ -90,6 +90,7 @@ def _devices() -> list[dict[str, Any]]:
                 "dpi": dpi,
                 "levels": len(made.levels),
                 "bits": made.bits,
+                "language": made.language or "—",
                 "title": made.title,
             }
         )

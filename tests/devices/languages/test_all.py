@@ -1,0 +1,160 @@
+"""What holds for every language in the table, so that a new one is held to it by its line there."""
+
+from __future__ import annotations
+
+import re
+import tracemalloc
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from devices.decoding import decode
+from devices.errors import ProtocolError
+from devices.languages import detect, language, language_type, languages
+from devices.languages.base import Page
+from halftone.errors import InputFileError, UsageError
+from halftone.packing import bytes_per_row
+from halftone.tone.levels import Levels
+from tests.devices.languages import contract
+
+NAMES = languages()
+DPI = (300.0, 300.0)
+
+
+def shapes(name: str) -> list[tuple[int, int]]:
+    """(rows, columns) at the rims of what a language can hold."""
+    return [(1, 1), (1, 7), (9, 8), (2, 9), (65_000, 1), (1, language_type(name).widest)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(picture=contract.pictures(), split=st.lists(st.integers(0, 40)), at=st.floats(0, 1))
+def test_the_contract(name, picture, split, at):
+    made = language(name)
+    data = contract.check_round_trip(made, picture, split, dpi=DPI)
+    assert detect(data) == name
+    contract.check_rows_are_counted(made, picture, dpi=DPI)
+    contract.check_abort(made, picture, at, dpi=DPI)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_rims(name):
+    """Every shape is either printed whole or refused with a reason, before any piece."""
+    rng = np.random.default_rng(5)
+    refused = []
+    for shape in shapes(name):
+        picture = (rng.random(shape) < 0.5).astype(np.uint8)
+        try:
+            data = contract.stream(language(name), picture, dpi=DPI)
+        except UsageError as error:
+            refused.append(str(error))
+            continue
+        (frame,) = language(name).decode(data)
+        np.testing.assert_array_equal(frame.indices, picture)
+    assert len(refused) <= 2
+    assert all(re.search("rows|dots|allowed|high|wide", text) for text in refused), refused
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_other_language_takes_it_for_its_own(name):
+    data = contract.stream(language(name), np.eye(24, dtype=np.uint8), dpi=DPI)
+    for other in NAMES:
+        if other == name:
+            continue
+        assert not language_type(other).sniff(data[:1024])
+        with pytest.raises(ProtocolError):
+            language_type(other).decode(data)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_beginning_of_a_stream_is_refused_or_right(name):
+    picture = np.eye(20, 30, dtype=np.uint8)
+    data = contract.stream(language(name), picture, dpi=DPI)
+    for end in range(len(data)):
+        frames, offset = [], 0
+        try:
+            frames = language_type(name).decode(data[:end])
+        except ProtocolError as error:
+            offset = error.offset
+        assert offset <= end
+        assert all((f.indices[:, :30] == picture[: len(f.indices)]).all() for f in frames)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_limit_is_kept_before_memory_is_taken(name):
+    picture = np.ones((4000, 1000), np.uint8)
+    data = contract.stream(language(name), picture, dpi=DPI)
+    tracemalloc.start()
+    try:
+        with pytest.raises(ProtocolError, match="pixels"):
+            language_type(name).decode(data, limit=100_000)
+        assert tracemalloc.get_traced_memory()[1] < 3_000_000
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_memory_is_that_of_a_band(name):
+    """60,000 rows, made as they are asked for, are never held."""
+    made, rows = language(name), 30_000
+    band = np.random.default_rng(3).integers(0, 256, (64, bytes_per_row(576, 1))).astype(np.uint8)
+    if made.packing(Levels.of(2)).bits == 8:
+        band = np.random.default_rng(3).integers(0, 2, (64, 576)).astype(np.uint8) * np.uint8(255)
+    made_rows = 0
+
+    def bands():
+        nonlocal made_rows
+        while made_rows < rows:
+            part = band[: min(64, rows - made_rows)].copy()
+            made_rows += len(part)
+            yield part
+
+    page = Page(576, rows, bands(), Levels.of(2), DPI)
+    next(made.encode([page]))
+    assert made_rows < rows, "the first piece waits for all rows"
+    made_rows, total = 0, 0
+    tracemalloc.start()
+    try:
+        for piece in made.encode([Page(576, rows, bands(), Levels.of(2), DPI)]):
+            assert len(piece.data) <= 1 << 18
+            total += len(piece.data)
+        assert tracemalloc.get_traced_memory()[1] < 2_500_000
+    finally:
+        tracemalloc.stop()
+    assert total > 1_000_000
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_wrong_rows_are_refused(name):
+    made = language(name)
+    for width, height, rows in (
+        (9, 3, np.zeros((3, 1), np.uint8)),
+        (800, 3, np.zeros((2, 100), np.uint8)),
+    ):
+        with pytest.raises(UsageError):
+            list(made.encode([Page(width, height, iter([rows]), Levels.of(2), DPI)]))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_options_are_checked(name):
+    with pytest.raises(UsageError, match="option"):
+        language(name, no_such_option=1)
+    for field in fields(language_type(name)):
+        if isinstance(field.default, bool):
+            assert getattr(language(name, **{field.name: "yes"}), field.name) is True
+            with pytest.raises(UsageError, match="yes, no"):
+                language(name, **{field.name: "perhaps"})
+        elif isinstance(field.default, int):
+            with pytest.raises(UsageError, match="integer"):
+                language(name, **{field.name: "many"})
+
+
+def test_unknown_names_and_streams():
+    with pytest.raises(UsageError, match="Did you mean escpos"):
+        language("escpoz")
+    with pytest.raises(InputFileError, match="none of the languages"):
+        detect(b"hello")
+    with pytest.raises(InputFileError, match="empty"):
+        decode(b"")
