@@ -34,7 +34,7 @@ LAZY = {
     "skimage": set(),
     "colour": set(),
     "matplotlib": set(),
-    "usb": {"devices/transports/usb.py"},
+    "usb": {"devices/transports/usb.py", "devices/transports/usb_find.py"},
     "serial": {"devices/transports/serial.py"},
 }
 

@@ -15,7 +15,10 @@ __all__ = ["detect", "language", "language_type", "languages"]
 TABLE = {
     "escpos": "devices.languages.escpos:EscPos",
     "zpl": "devices.languages.zpl:Zpl",
+    "tspl": "devices.languages.tspl:Tspl",
+    "epl2": "devices.languages.epl2:Epl2",
     "brother-ql": "devices.languages.brother_ql:BrotherQl",
+    "dymo": "devices.languages.dymo:Dymo",
     "pcl": "devices.languages.pcl:Pcl",
     "pwg": "devices.languages.pwg:Pwg",
     "cups-raster": "devices.languages.cups_raster:CupsRaster",

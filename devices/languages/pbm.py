@@ -29,7 +29,7 @@ class Pbm(Language):
     name = "pbm"
     title = "PBM, netpbm's bilevel pictures"
     media_type = "image/x-portable-bitmap"
-    widest = 1 << 30
+    widest = 1 << 24
 
     def encode(self, pages: Iterable[Page]) -> Iterator[Piece]:
         for page in pages:

@@ -38,8 +38,9 @@ class Uri:
         language, plus, scheme = scheme.rpartition("+")
         try:
             parts = urlsplit(text[len(language) + len(plus) :])
-            port = parts.port
-            given = parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query))
+            port = None if parts.scheme == "usb" else parts.port  # usb://04b8:0202 is vendor:product
+            asked = parts.query.replace("+", "%2B")  # no web form: a plus in a serial number is a plus
+            given = parse_qsl(asked, keep_blank_values=True, strict_parsing=bool(asked))
         except ValueError as error:
             raise UsageError(f"device URI '{text}': {error}") from None
         host = parts.netloc.rpartition("@")[2]

@@ -159,24 +159,26 @@ def _patiently(job: Callable[[], Any], cancelled: threading.Event) -> Any:
 
     done: list[Any] = []
     failed: list[BaseException] = []
+    ended = threading.Event()  # an interrupted join takes the thread for ended (CPython's issue 90882)
 
     def work() -> None:
         try:
             done.append(job())
         except BaseException as error:
             failed.append(error)
+        finally:
+            ended.set()
 
-    thread = threading.Thread(target=work, daemon=True)
     try:
-        thread.start()
-        while thread.is_alive():
-            thread.join(0.05)
+        threading.Thread(target=work, daemon=True).start()
+        while not ended.wait(0.05):  # the signal may reach another thread, and not wake this
             if interrupted():
                 raise KeyboardInterrupt
     except KeyboardInterrupt:
         cancelled.set()
         _say("stopping: the device is given the end of its command (Ctrl-C again leaves at once)")
-        thread.join()
+        while not ended.wait(0.05):
+            pass
     if failed:
         raise failed[0]
     return done[0]

@@ -16,12 +16,16 @@ from devices.errors import ProtocolError
 from devices.languages import detect, language, language_type, languages
 from devices.languages.base import Page
 from halftone.errors import InputFileError, UsageError
-from halftone.packing import bytes_per_row
 from halftone.tone.levels import Levels
 from tests.devices.languages import contract
+from tests.devices.languages.test_escpos import calm
 
 NAMES = languages()
 DPI = (300.0, 300.0)
+WIDER = {"escpos", "brother-ql", "dymo", "tspl", "epl2"}
+"""Do not state the width in dots: what comes back has paper to its right."""
+LONGEST = {"brother-ql": 11_000, "dymo": 3000}
+"""Rows of the longest label, for those that are short."""
 
 
 def shapes(name: str) -> list[tuple[int, int]]:
@@ -29,11 +33,16 @@ def shapes(name: str) -> list[tuple[int, int]]:
     return [(1, 1), (1, 7), (9, 8), (2, 9), (65_000, 1), (1, language_type(name).widest)]
 
 
+def printable(name: str, picture):
+    """*picture*, for ESC/POS without the bytes that it does not send as they are."""
+    return calm(picture, "raster") if name == "escpos" else picture
+
+
 @pytest.mark.parametrize("name", NAMES)
 @given(picture=contract.pictures(), split=st.lists(st.integers(0, 40)), at=st.floats(0, 1))
 def test_the_contract(name, picture, split, at):
-    made = language(name)
-    data = contract.check_round_trip(made, picture, split, dpi=DPI)
+    made, picture = language(name), printable(name, picture)
+    data = contract.check_round_trip(made, picture, split, dpi=DPI, exact=name not in WIDER)
     assert detect(data) == name
     contract.check_rows_are_counted(made, picture, dpi=DPI)
     contract.check_abort(made, picture, at, dpi=DPI)
@@ -45,14 +54,14 @@ def test_rims(name):
     rng = np.random.default_rng(5)
     refused = []
     for shape in shapes(name):
-        picture = (rng.random(shape) < 0.5).astype(np.uint8)
+        picture = printable(name, (rng.random(shape) < 0.5).astype(np.uint8))
         try:
             data = contract.stream(language(name), picture, dpi=DPI)
         except UsageError as error:
             refused.append(str(error))
             continue
         (frame,) = language(name).decode(data)
-        np.testing.assert_array_equal(frame.indices, picture)
+        contract.check_same(frame.indices, picture, exact=name not in WIDER)
     assert len(refused) <= 2
     assert all(re.search("rows|dots|allowed|high|wide", text) for text in refused), refused
 
@@ -84,7 +93,7 @@ def test_every_beginning_of_a_stream_is_refused_or_right(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_limit_is_kept_before_memory_is_taken(name):
-    picture = np.ones((4000, 1000), np.uint8)
+    picture = np.ones((LONGEST.get(name, 20_000), 600), np.uint8)
     data = contract.stream(language(name), picture, dpi=DPI)
     tracemalloc.start()
     try:
@@ -97,19 +106,18 @@ def test_a_limit_is_kept_before_memory_is_taken(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_memory_is_that_of_a_band(name):
-    """60,000 rows, made as they are asked for, are never held."""
-    made, rows = language(name), 30_000
-    band = np.random.default_rng(3).integers(0, 256, (64, bytes_per_row(576, 1))).astype(np.uint8)
-    if made.packing(Levels.of(2)).bits == 8:
-        band = np.random.default_rng(3).integers(0, 2, (64, 576)).astype(np.uint8) * np.uint8(255)
-    made_rows = 0
+    """Rows that are made as they are asked for are never held."""
+    made, rows, made_rows = language(name), LONGEST.get(name, 30_000), 0
+    bits = made.packing(Levels.of(2)).bits
+    rng = np.random.default_rng(3)
 
     def bands():
         nonlocal made_rows
         while made_rows < rows:
-            part = band[: min(64, rows - made_rows)].copy()
-            made_rows += len(part)
-            yield part
+            count = min(64, rows - made_rows)
+            band = rng.integers(0, 2, (count, 576), np.uint8)
+            made_rows += count
+            yield np.packbits(band, axis=1) if bits == 1 else band * np.uint8(255)
 
     page = Page(576, rows, bands(), Levels.of(2), DPI)
     next(made.encode([page]))
@@ -123,7 +131,7 @@ def test_memory_is_that_of_a_band(name):
         assert tracemalloc.get_traced_memory()[1] < 2_500_000
     finally:
         tracemalloc.stop()
-    assert total > 1_000_000
+    assert total > rows * 60
 
 
 @pytest.mark.parametrize("name", NAMES)
