@@ -6,19 +6,14 @@ import base64
 import binascii
 import re
 import zlib
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from devices.languages.reader import Reader, Sheet
+from devices.languages.label import Image, Rows, compose, fewest
+from devices.languages.reader import Reader
 from halftone.frame import Frame
-from halftone.packing import bytes_per_row
 
-__all__ = ["Decoder", "Image", "Rows", "compose", "fewest"]
-
-Rows = NDArray[np.uint8]
-"""Packed rows (n, bytes a row), 1 = ink."""
+__all__ = ["Decoder"]
 
 MOST_DOTS = 32_000
 PREFIX = re.compile(rb"[\^~]")
@@ -61,57 +56,6 @@ SETTINGS = {
     b"~HI": _setting("", rb""),
 }
 """Commands that lay nothing: what their value is called in a frame's report, and their parameters."""
-
-
-class Image(NamedTuple):
-    """Packed rows at a place on a label. offset : of their command. over : paper covers what lies
-    below, otherwise only ink is laid."""
-
-    x: int
-    y: int
-    offset: int
-    rows: Rows
-    over: bool = False
-
-
-def compose(
-    reader: Reader, laid: list[Image], size: tuple[int, int], limit: int, place: int | None
-) -> Sheet:
-    """A label of *size* (width, height; 0 is what the images need) with its images laid one by one.
-
-    Ink outside of it is an error at the image's command; more pixels than *limit* one at *place*.
-    """
-    width = size[0] or max(image.x + 8 * image.rows.shape[1] for image in laid)
-    height = size[1] or max(image.y + len(image.rows) for image in laid)
-    sheet = Sheet(reader, limit)
-    sheet.check(width, height, place)
-    label = np.zeros((height, bytes_per_row(width, 1)), np.uint8)
-    for x, y, offset, rows, over in laid:
-        below, right = max(0, height - y), max(0, label.shape[1] - x // 8)
-        ink = _shifted(rows, x % 8)
-        if ink[below:].any() or ink[:, right:].any():
-            reader.fail(f"ink outside of the label of {width} × {height} dots", offset)
-        inside = label[y : y + len(ink), x // 8 : x // 8 + ink.shape[1]]
-        if over:
-            inside &= ~_shifted(np.full_like(rows, 255), x % 8)[:below, :right]
-        inside |= ink[:below, :right]
-    sheet.add(label, width, place)
-    return sheet
-
-
-def _shifted(rows: Rows, dots: int) -> Rows:
-    """*rows* moved to the right by 0 … 7 dots."""
-    if not dots:
-        return rows
-    wide = np.zeros((len(rows), rows.shape[1] + 1), np.uint8)
-    wide[:, :-1] = rows >> dots
-    wide[:, 1:] |= rows << (8 - dots)
-    return wide
-
-
-def fewest(rows: int, size: int) -> int:
-    """The fewest pixels that need *rows* of *size* bytes."""
-    return rows * (8 * size - 7)
 
 
 class Decoder:

@@ -85,8 +85,8 @@ class Piece:
     """Bytes that begin and end with a command of the language, and how to break off within them.
 
     data : the bytes. rows : the rows of the page they hold, 0 for commands.
-    head, stride : where the rows begin and how many bytes each has, if they lie there as they are
-    and zeros are paper; stride 0 if they are compressed or more follows them.
+    head, stride : where the rows begin and how many bytes each has, if they lie there as they are;
+    stride 0 if they are compressed. paper : the byte of eight dots of paper.
     close : what the device needs after this piece, if nothing else will follow, to be done with the
     job and ready for the next; it is called only when a job is broken off.
     """
@@ -96,6 +96,7 @@ class Piece:
     head: int = 0
     stride: int = 0
     close: Callable[[], bytes] = _nothing
+    paper: int = 0
 
     def accepted(self, sent: int) -> int:
         """Rows that *sent* bytes of the piece hold whole."""
@@ -108,9 +109,10 @@ class Piece:
         paper where rows lie as they are, and to leave the device ready for the next job."""
         rest = self.data[sent:]
         if self.stride and rest:
-            ink = max(0, self.head - sent)  # what is still missing of the header
+            start = max(0, self.head - sent)  # what is still missing of the header
             end = self.head + self.rows * self.stride - sent
-            rest = rest[:ink] + bytes(max(0, end - ink)) + rest[max(0, end) :]
+            blank = bytes([self.paper]) * max(0, end - start)
+            rest = rest[:start] + blank + rest[max(0, end) :]
         return rest + self.close()
 
 

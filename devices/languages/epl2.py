@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.languages._zpl_decode import Image, compose, fewest
 from devices.languages.base import LIMIT, Language, Page, Piece
+from devices.languages.label import Image, compose, fewest
 from devices.languages.reader import Reader
-from devices.languages.tspl import Bitmap
 from halftone.errors import UsageError, near
 from halftone.frame import Frame
 from halftone.packing import bytes_per_row
@@ -48,6 +47,7 @@ class Epl2(Language):
     name = "epl2"
     title = "EPL2, Eltron and older Zebra label printers"
     media_type = "application/vnd.eltron-epl"
+    native_copies = True
     widest = MOST_DOTS
 
     speed: int = 0
@@ -65,7 +65,7 @@ class Epl2(Language):
             for rows in page.bands(max(1, BYTES // size)):
                 head = b"GW0,%d,%d,%d," % (top, size, len(rows))
                 data = head + (~rows).tobytes() + b"\n"
-                yield Bitmap(data, len(rows), len(head), size, _end)
+                yield Piece(data, len(rows), len(head), size, _end, paper=0xFF)
                 top += len(rows)
             yield Piece(b"P%d\n" % page.copies + (b"C\n" if page.cut else b""))
 

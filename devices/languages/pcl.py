@@ -49,6 +49,7 @@ class Pcl(Language):
     name = "pcl"
     title = "PCL 5, laser printers"
     media_type = "application/vnd.hp-pcl"
+    native_copies = True
     widest = 32_767
 
     def __post_init__(self) -> None:

@@ -14,8 +14,8 @@ from functools import partial
 
 import numpy as np
 
-from devices.languages._zpl_decode import Image, compose, fewest
 from devices.languages.base import LIMIT, Language, Page, Piece
+from devices.languages.label import Image, compose, fewest
 from devices.languages.reader import Reader
 from devices.status import Status
 from halftone.errors import UsageError, near
@@ -43,16 +43,6 @@ STATES = {
 
 
 @dataclass(frozen=True)
-class Bitmap(Piece):
-    """A BITMAP command: rows as they lie, 1 is paper."""
-
-    def abort(self, sent: int) -> bytes:
-        end = self.head + self.rows * self.stride
-        paper = b"\xff" * max(0, end - max(sent, self.head))
-        return self.data[sent : self.head] + paper + self.data[max(sent, end) :] + self.close()
-
-
-@dataclass(frozen=True)
 class Tspl(Language):
     """TSPL.
 
@@ -67,6 +57,7 @@ class Tspl(Language):
     title = "TSPL, TSC and compatible label printers"
     media_type = "application/vnd.tspl"
     widest = MOST_DOTS
+    native_copies = True
     status_query = b"\x1b!?"
 
     unit: str = "dot"
@@ -93,7 +84,7 @@ class Tspl(Language):
                 head = b"BITMAP 0,%d,%d,%d,0," % (top, size, len(rows))
                 close = partial(_print, 1)
                 data = head + (~rows).tobytes() + b"\r\n"
-                yield Bitmap(data, len(rows), len(head), size, close)
+                yield Piece(data, len(rows), len(head), size, close, paper=0xFF)
                 top += len(rows)
             yield Piece(_print(page.copies))
 

@@ -96,9 +96,10 @@ def _print(options: argparse.Namespace, made: Any, bar: Any) -> int:
     names = options.paths
     uri = options.to or (f"{made.profile.language}+mem:" if made.profile.language else "mem:")
     patience = Patience(options.timeout, None if options.wait < 0 else options.wait)
-    with _dump(options.dump) as record:
+    taken = bytearray()
+    with _dump(options.dump) as dump:
         device = open_device(uri, made.profile, options=_options(options.option), patience=patience)
-        device.record = record
+        device.record = taken.extend if options.dry_run is not None else dump
         progress = bar.file(names[0] if len(names) == 1 else f"{len(names)} pictures")
         cancelled = threading.Event()
         with device:
@@ -106,7 +107,9 @@ def _print(options: argparse.Namespace, made: Any, bar: Any) -> int:
         if options.dry_run is not None and not report.cancelled:
             from halftone.cli.decode import save_pages
 
-            save_pages(device.language.decode(device.transport.data), options.dry_run)
+            if dump is not None:
+                dump(bytes(taken))
+            save_pages(device.language.decode(bytes(taken)), options.dry_run)
     bar.done(names[0])
     _tell(report, options)
     if report.cancelled and not report.completed:

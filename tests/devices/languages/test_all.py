@@ -159,6 +159,17 @@ def test_options_are_checked(name):
                 language(name, **{field.name: "many"})
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_copies_are_native_or_refused(name):
+    made, picture = language(name), np.eye(16, dtype=np.uint8)
+    if made.native_copies:
+        data = contract.stream(made, picture, dpi=DPI, copies=3)
+        assert [frame.report["copies"] for frame in made.decode(data)] == [3]
+    else:
+        with pytest.raises(UsageError, match="copies"):
+            contract.stream(made, picture, dpi=DPI, copies=3)
+
+
 def test_unknown_names_and_streams():
     with pytest.raises(UsageError, match="Did you mean escpos"):
         language("escpoz")
