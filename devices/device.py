@@ -105,13 +105,14 @@ class Device:
         density : how dark, in the device's own numbers; None leaves it as it is. cut : whether the
         paper is cut after each page; None does what the profile says.
         progress : called with the share done. cancel : asked now and then whether to break off: the
-        open command is completed, and the report says so. notify : called when the device says
-        something new (out of paper, ready again).
+        open command is completed, and the report says so (a KeyboardInterrupt in the middle of a
+        write would not know what was taken: catch the signal, and cancel). notify : called when the
+        device says something new (out of paper, ready again).
 
         Raises :class:`halftone.errors.UsageError` for what the device cannot do, before it is sent;
         :class:`devices.errors.PrintError`, whose ``report`` says how far it came.
         """
-        self._check(copies, density)
+        self._check(copies, density, cut)
         report = PrintReport(self.uri, self.profile.name, self.language.name)
         sender = self._sender(notify or (lambda status: None), cancel or (lambda: False))
         start = self._clock()
@@ -146,9 +147,11 @@ class Device:
             self.transport, self.language, self.patience, notify, cancelled, self._clock, self._asleep
         )
 
-    def _check(self, copies: int, density: int | None) -> None:
+    def _check(self, copies: int, density: int | None, cut: bool | None) -> None:
         if isinstance(copies, bool) or not isinstance(copies, int) or not 1 <= copies <= 9999:
             raise UsageError(f"copies = {copies!r}; allowed: 1 … 9999")
+        if cut and not self.language.cuts:
+            raise UsageError(f"cut: '{self.language.name}' has no command for it; leave it out")
         if density is not None:
             allowed = self.profile.density
             if allowed is None:
@@ -180,8 +183,10 @@ class Device:
             sender.flush()
             job.report.completed = True
         except PrintError:
+            self.transport.spoil()
             raise
         except BaseException as error:
+            self.transport.spoil()
             job.report.completed = begun is None or self._complete(sender, begun[0].abort(begun[1]))
             if not isinstance(error, Cancelled):
                 raise

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from devices.discovery import UsbPrinter, usb_printers
 from devices.transports.base import Uri
+from devices.transports.remedies import holders, let_go, permit
 from devices.transports.usb_find import library
 from halftone.errors import DeviceNotFoundError, UsageError
 
@@ -115,11 +116,13 @@ def _usb_printer(printer: UsbPrinter, root: Path, asked: str = "") -> Iterator[F
         remedy = "give the container or sandbox the folder /dev/bus/usb"
         yield Finding(f"{printer.node} is not there", False, remedy)
     elif not os.access(node, os.R_OK | os.W_OK):
-        yield Finding(f"this user may not open {printer.node}", False, _permit(printer))
-    holders = list(_holders(printer.node, root))
-    for pid, name in holders:
-        yield Finding(f"{printer.node} is held by {name} (process {pid})", False, _let_go(name, pid))
-    if printer.driver == "usbfs" and not holders:
+        yield Finding(
+            f"this user may not open {printer.node}", False, permit(printer.vendor, printer.product)
+        )
+    programs = list(holders(printer.node, root))
+    for pid, name in programs:
+        yield Finding(f"{printer.node} is held by {name} (process {pid})", False, let_go(name, pid))
+    if printer.driver == "usbfs" and not programs:
         remedy = "close it; run the doctor as root to learn its name: sudo halftone devices doctor"
         yield Finding("another program holds the printer", False, remedy)
     elif printer.driver == "usblp":
@@ -131,28 +134,6 @@ def _usb_printer(printer: UsbPrinter, root: Path, asked: str = "") -> Iterator[F
     if printer.ipp:
         yield Finding("it speaks IPP over USB only", False, "print by IPP: sudo apt install ipp-usb")
     yield from _queues(printer, asked, root)
-
-
-def _permit(printer: UsbPrinter) -> str:
-    name = f"70-halftone-{printer.vendor}-{printer.product}.rules"
-    rule = (
-        f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{printer.vendor}", '
-        f'ATTR{{idProduct}}=="{printer.product}", MODE="0660", GROUP="lp", TAG+="uaccess"'
-    )
-    return (
-        f"write this line to /etc/udev/rules.d/{name}:\n{rule}\n"
-        "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb\n"
-        "then plug it in again; over ssh, join the group too, and log in again:\n"
-        "sudo usermod -aG lp $USER"
-    )
-
-
-def _let_go(name: str, pid: int) -> str:
-    if name == "ipp-usb":
-        return "print by IPP, which ipp-usb offers for it, or stop it: sudo systemctl stop ipp-usb"
-    if name in ("usb", "cupsd"):
-        return "CUPS is printing to it: wait, or: cupsdisable <queue>"
-    return f"wait until it is done, or end it: kill {pid}"
 
 
 def _queues(printer: UsbPrinter, asked: str, root: Path) -> Iterator[Finding]:
@@ -203,8 +184,8 @@ def _node(node: str, root: Path, group: str) -> list[Finding]:
     if not os.access(path, os.R_OK | os.W_OK):
         remedy = f"sudo usermod -aG {_group(path) or group} $USER\nthen log in again"
         findings = [Finding(f"{node} is there, and this user may not open it", False, remedy)]
-    for pid, name in _holders(node, root):
-        findings.append(Finding(f"{node} is open in {name} (process {pid})", False, _let_go(name, pid)))
+    for pid, name in holders(node, root):
+        findings.append(Finding(f"{node} is open in {name} (process {pid})", False, let_go(name, pid)))
     return findings
 
 
@@ -215,17 +196,3 @@ def _group(path: Path) -> str:
     except (KeyError, OSError):
         return ""
     return "" if name == "root" else name
-
-
-def _holders(node: str, root: Path) -> Iterator[tuple[int, str]]:
-    """The other processes that have *node* open, as far as this user may see."""
-    meant = {node, os.path.realpath(root / node.lstrip("/"))}
-    for folder in sorted((root / "proc").glob("[0-9]*")):
-        if int(folder.name) == os.getpid():
-            continue
-        try:
-            files = {os.readlink(file) for file in (folder / "fd").iterdir()}  # noqa: PTH115
-            if meant & files:
-                yield int(folder.name), (folder / "comm").read_text("utf-8", "replace").strip()
-        except OSError:  # it has ended, or belongs to someone else
-            continue

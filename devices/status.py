@@ -29,6 +29,7 @@ KEYWORDS = {
 }
 """printer-state-reasons keywords, and what they mean to a person."""
 
+PAPER_EMPTY, SELECTED, NO_ERROR = 0x20, 0x10, 0x08
 SEVERITIES = ("error", "warning", "report")
 
 
@@ -51,6 +52,20 @@ class Status:
     @classmethod
     def of(cls, *reasons: str) -> Status:
         return cls(frozenset(reasons))
+
+    @classmethod
+    def of_port(cls, bits: int) -> Status | None:
+        """The byte of GET_PORT_STATUS (USB printer class 1.1 §4.2.2), as usblp gives it too.
+
+        None for the constants of printers that do not fill it in.
+        """
+        if bits in (0x00, 0xFF):
+            return None
+        reasons = ["media-empty-error"] * bool(bits & PAPER_EMPTY)
+        reasons += ["offline-error"] * (not bits & SELECTED)
+        if not bits & NO_ERROR and not reasons:
+            reasons.append("other-error")  # else the error has its name already
+        return cls.of(*reasons)
 
     @property
     def stopped(self) -> bool:

@@ -126,6 +126,8 @@ class Language(ABC):
     """The most dots of a row that its headers can state."""
     native_copies: ClassVar[bool] = False
     """Whether it has a command for copies; where it has none, the caller sends the page again."""
+    cuts: ClassVar[bool] = False
+    """Whether it has a command that cuts the paper."""
     status_query: ClassVar[bytes] = b""
     """What asks the device how it is, between two commands; empty if the language has no such thing."""
 

@@ -98,6 +98,7 @@ class BrotherQl(Language):
     name = "brother-ql"
     title = "Brother QL label printers"
     media_type = "application/vnd.brother-ql"
+    cuts = True
     widest = 1164
     status_query = b"\x1biS"
 

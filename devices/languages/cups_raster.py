@@ -35,6 +35,7 @@ class CupsRaster(Language):
     name = "cups-raster"
     title = "CUPS raster, what CUPS hands to its filters"
     media_type = "application/vnd.cups-raster"
+    cuts = True
     native_copies = True
 
     version: int = 3

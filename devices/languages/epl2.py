@@ -47,6 +47,7 @@ class Epl2(Language):
     name = "epl2"
     title = "EPL2, Eltron and older Zebra label printers"
     media_type = "application/vnd.eltron-epl"
+    cuts = True
     native_copies = True
     widest = MOST_DOTS
 

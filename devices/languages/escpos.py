@@ -70,6 +70,7 @@ class EscPos(Language):
     name = "escpos"
     title = "ESC/POS, receipt printers"
     media_type = "application/vnd.escpos"
+    cuts = True
     status_query = _realtime.QUERY
 
     def __post_init__(self) -> None:

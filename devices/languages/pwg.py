@@ -44,6 +44,7 @@ class Pwg(Language):
     name = "pwg"
     title = "PWG raster, of driverless printers"
     media_type = "image/pwg-raster"
+    cuts = True
     native_copies = True
 
     media: str = ""

@@ -56,6 +56,7 @@ class Tspl(Language):
     name = "tspl"
     title = "TSPL, TSC and compatible label printers"
     media_type = "application/vnd.tspl"
+    cuts = True
     widest = MOST_DOTS
     native_copies = True
     status_query = b"\x1b!?"

@@ -111,6 +111,7 @@ class Zpl(Language):
     name = "zpl"
     title = "ZPL II, Zebra and compatible label printers"
     media_type = "application/vnd.zebra-zpl"
+    cuts = True
     native_copies = True
     widest = MOST_DOTS
     status_query = b"~HQES\n"

@@ -43,6 +43,8 @@ class Uri:
             given = parse_qsl(asked, keep_blank_values=True, strict_parsing=bool(asked))
         except ValueError as error:
             raise UsageError(f"device URI '{text}': {error}") from None
+        if parts.fragment:
+            raise UsageError(f"device URI '{text}': write # as %23")
         host = parts.netloc.rpartition("@")[2]
         if port is not None:
             host = host.rpartition(":")[0]
@@ -133,6 +135,9 @@ class Transport(ABC):
     def flush(self, timeout: float) -> bool:
         """Wait until what was taken has left this machine; whether it has within *timeout* seconds."""
         return True
+
+    def spoil(self) -> None:  # noqa: B027 (most have nothing to do)
+        """What was written is no whole job: a file is not kept."""
 
     @abstractmethod
     def close(self) -> None:

@@ -22,12 +22,11 @@ from devices.transports.descriptor import PAUSE, DescriptorTransport
 from devices.transports.file import FileTransport
 from halftone.errors import DeviceNotFoundError, HalftoneError, OutputError, UsageError
 
-__all__ = ["CharacterDevice", "open_node", "port_reasons"]
+__all__ = ["CharacterDevice", "open_node"]
 
 LPGETSTATUS = 0x060B
 """linux/lp.h; usblp answers it too, with the byte of the printer class's GET_PORT_STATUS."""
 USBLP_MAJOR, USBLP_MINORS, LP_MAJOR = 180, 16, 6
-PAPER_OUT, SELECTED, NO_ERROR = 0x20, 0x10, 0x08
 DEPARTURE = 1.0
 """Seconds that the node of a device which was unplugged may still be there."""
 FLAGS = os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
@@ -50,7 +49,7 @@ class CharacterDevice(DescriptorTransport, FileTransport):
             fcntl.ioctl(self.descriptor, LPGETSTATUS, held)
         except OSError:  # it has no such port; or it has gone, which the next write will say
             return None
-        return port_reasons(struct.unpack("i", held)[0])
+        return Status.of_port(struct.unpack("i", held)[0])
 
     def flush(self, timeout: float) -> bool:
         poll = select.poll()
@@ -107,19 +106,6 @@ def open_node(path: str) -> CharacterDevice:
 
         return Usblp(descriptor, path, reads)
     return CharacterDevice(descriptor, path, reads)
-
-
-def port_reasons(bits: int) -> Status | None:
-    """The byte of GET_PORT_STATUS (USB printer class 1.1 §4.2.2) in IPP's words.
-
-    None for a constant of printers that do not fill it in.
-    """
-    if bits in (0x00, 0xFF):
-        return None
-    reasons = ["media-empty-error"] * bool(bits & PAPER_OUT) + ["offline-error"] * (not bits & SELECTED)
-    if not bits & NO_ERROR and not reasons:
-        reasons.append("other-error")  # else the error has its name already
-    return Status.of(*reasons)
 
 
 def _refused(path: str, error: OSError) -> DeviceNotFoundError:

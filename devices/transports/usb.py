@@ -25,9 +25,6 @@ from devices.transports.usb_printers import ANSWER, Interface, Printer, ask, dev
 
 __all__ = ["UsbTransport"]
 
-PAPER_EMPTY, SELECTED, NO_ERROR = 0x20, 0x10, 0x08
-"""The bits of GET_PORT_STATUS (USB printer class 1.1 §4.2.2); 0x18 says that all is well."""
-
 
 class UsbTransport(Transport):
     """An open USB printer. device_id : what it says it is."""
@@ -96,16 +93,7 @@ class UsbTransport(Transport):
             answer = self._ask(0xA1, 1, 0, self._way.number, 1)
         except OSError:
             return None
-        if len(answer) != 1 or answer[0] in (0x00, 0xFF):
-            return None
-        bits, reasons = answer[0], []
-        if bits & PAPER_EMPTY:
-            reasons.append("media-empty-error")
-        if not bits & SELECTED:
-            reasons.append("offline-error")
-        if not bits & NO_ERROR and not reasons:
-            reasons.append("other-error")  # else the error has its name already
-        return Status.of(*reasons)
+        return Status.of_port(answer[0]) if len(answer) == 1 else None
 
     def close(self) -> None:
         handle, self._handle = self._handle, None

@@ -95,7 +95,14 @@ def test_every_byte_once_or_a_named_error_in_time(script, ending, rows):
     assert clock.now <= given_up, "a failure came after its deadline"
 
 
-@given(st.lists(steps, max_size=8), st.integers(1, 40), st.integers(1, 300))
+quick = st.one_of(  # less than Patience.finish in all
+    st.builds(Take, st.integers(1, 600), st.floats(0, 0.3)),
+    st.builds(Hold, st.floats(0, 0.6)),
+    st.builds(Say, st.binary(min_size=1, max_size=9)),
+)
+
+
+@given(st.lists(quick, max_size=12), st.integers(1, 40), st.integers(1, 300))
 def test_a_cancel_completes_the_open_command(script, after, rows):
     made, transport, _ = device(script)
     asked = iter(range(10**9))
@@ -142,6 +149,7 @@ def test_a_page_that_fails_on_the_way_leaves_a_complete_command():
         (frame_of(picture(2), levels=4), {}, "4 levels"),
         (frame_of(picture(2)), {"copies": 0}, "copies"),
         (frame_of(picture(2)), {"density": 3}, "no density"),
+        (frame_of(picture(2)), {"cut": True}, "no command for it"),
         (frame_of(picture(2)), {"method": "fs"}, "halftoned already"),
         (frame_of(picture(2)).bands(), {"copies": 2}, "read once"),
     ],

@@ -24,7 +24,7 @@ from devices.errors import (
 from devices.status import Status
 from devices.transports import character, open_transport
 from devices.transports.base import Uri
-from devices.transports.character import CharacterDevice, open_node, port_reasons
+from devices.transports.character import CharacterDevice, open_node
 from devices.transports.file import FileTransport, RegularFile
 from halftone.errors import DeviceNotFoundError, OutputError, UsageError
 
@@ -336,7 +336,7 @@ class TestDeviceNodes:
     ],
 )
 def test_port_reasons(bits: int, says: set[str] | None) -> None:
-    status = port_reasons(bits)
+    status = Status.of_port(bits)
     assert (None if status is None else set(status.reasons)) == says
 
 

@@ -200,7 +200,7 @@ def test_not_permitted_gives_the_rule():
     text = str(caught.value)
     assert (
         'SUBSYSTEM=="usb", ATTR{idVendor}=="0a5f", ATTR{idProduct}=="00a3", '
-        'GROUP="lp", MODE="0660", TAG+="uaccess"'
+        'MODE="0660", GROUP="lp", TAG+="uaccess"'
     ) in text
     assert "/etc/udev/rules.d/70-halftone-0a5f-00a3.rules" in text
     assert "udevadm control --reload" in text

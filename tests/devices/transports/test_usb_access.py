@@ -22,20 +22,20 @@ from tests.devices.simulated_usb_printer import Printer
 @pytest.fixture
 def linux(tmp_path, monkeypatch):
     """Empty /sys/bus/usb/devices and /proc; the simulated printer has port 1-2 and node 001/002."""
-    for name in ("SYS", "PROC"):
-        (tmp_path / name).mkdir()
-        monkeypatch.setattr(usb_access, name, tmp_path / name)
+    for name in (usb_access.USB, "proc"):
+        (tmp_path / name).mkdir(parents=True)
+    monkeypatch.setattr(usb_access, "ROOT", tmp_path)
     return tmp_path
 
 
 def bind(linux, driver: str) -> None:
-    folder = linux / "SYS" / "1-2:1.0"
+    folder = linux / usb_access.USB / "1-2:1.0"
     folder.mkdir()
     (folder / "driver").symlink_to(f"../../drivers/{driver}")
 
 
 def run(linux, name: str, number: int = 812) -> None:
-    files = linux / "PROC" / str(number) / "fd"
+    files = linux / "proc" / str(number) / "fd"
     files.mkdir(parents=True)
     (files.parent / "comm").write_text(f"{name}\n")
     (files / "0").symlink_to("/dev/null")
@@ -52,7 +52,7 @@ def test_the_kernel_driver_is_named(linux):
     bind(linux, "usblp")
     said = problem(drivers={0: "usblp"}, detaches=False)
     assert said.startswith(
-        "usb://04b8:0202 is held by the kernel driver usblp. Print to file:/dev/usb/lp0"
+        "usb://04b8:0202 is held by the kernel driver usblp: print to file:/dev/usb/lp0"
     )
 
 
@@ -61,9 +61,9 @@ def test_the_program_is_named(linux, bound):
     if bound:
         bind(linux, "usbfs")
     run(linux, "ipp-usb")
-    (linux / "PROC" / "900").mkdir()  # one whose files we may not see
+    (linux / "proc" / "900").mkdir()  # one whose files we may not see
     said = problem(holders={0: "ipp-usb"})
-    assert "is held by the program ipp-usb (process 812). Print by IPP" in said
+    assert "is held by the program ipp-usb (process 812): print by IPP" in said
     assert "systemctl stop ipp-usb" in said
 
 
@@ -77,7 +77,7 @@ def test_a_printer_held_is_listed_with_its_holder(linux):
     bind(linux, "usbfs")
     run(linux, "cups-browsed")
     listed = found(SimBackend(Printer()))[0]
-    assert "the program cups-browsed (process 812). Close the program" in listed.problem
+    assert "the program cups-browsed (process 812): wait until it is done" in listed.problem
 
 
 def test_usblp_is_no_problem(linux):
@@ -92,8 +92,8 @@ def test_a_printer_that_may_not_be_opened_has_the_names_that_linux_remembers(lin
         ("1-2", "serial", "SN 7\n"),
         ("1-2:1.0", "ieee1284_id", "MFG:EPSON;CMD:ESC/POS;MDL:TM-T20;"),
     ]:
-        (linux / "SYS" / folder).mkdir(exist_ok=True)
-        (linux / "SYS" / folder / name).write_text(text)
+        (linux / usb_access.USB / folder).mkdir(exist_ok=True)
+        (linux / usb_access.USB / folder / name).write_text(text)
     backend = SimBackend(Printer(denied=True))
     listed = found(backend)[0]
     assert (listed.uri, listed.title) == ("usb://EPSON/TM-T20?serial=SN%207", "EPSON TM-T20")
