@@ -76,11 +76,12 @@ class Dymo(Language):
                 begin, count = b"", len(rows)
                 if left:
                     yield Piece(data, count, close=feed)
-            page = next(coming, None)  # the last label is fed to where it is torn off
+            page = next(coming, None)
             if page is None:
-                yield Piece(data + b"\x1bE", count)
-            else:
-                yield Piece(data + b"\x1bG", count, close=feed)
+                yield Piece(data + b"\x1bE", count)  # the last label is fed to where it is torn off
+            else:  # broken off here, this one is the last
+                yield Piece(data, count, close=feed)
+                begin = b"\x1bG"
         if begin:
             yield Piece(begin)
 

@@ -114,6 +114,27 @@ def check_abort(language: Language, picture, at: float, **more) -> None:
         check_same(again[-1].indices, picture, exact=False)
 
 
+def check_abort_between_pages(language: Language, pictures, at: float, **more) -> None:
+    """As :func:`check_abort` for a job of several pages: it decodes, and the pages that were accepted
+    whole are there."""
+    made = pieces(language, *pictures, **more)
+    place = int(at * sum(len(piece.data) for piece in made))
+    sent, rows = b"", 0
+    for piece in made:
+        part = min(len(piece.data), place - len(sent))
+        if not part:
+            break
+        sent, rows, last = sent + piece.data[:part], rows + piece.accepted(part), (piece, part)
+    if not sent:
+        return
+    frames = language.decode(sent + last[0].abort(last[1]))
+    for picture, frame in zip(pictures, frames, strict=False):
+        if rows < len(picture):
+            break
+        check_same(frame.indices, picture, exact=False)
+        rows -= len(picture)
+
+
 def appends(language: Language) -> bool:
     """Whether a second job may follow a first one in the same stream (printers; not files)."""
     return language.name not in ("png", "pwg", "cups-raster", "urf")

@@ -48,6 +48,13 @@ def test_the_contract(name, picture, split, at):
     contract.check_abort(made, picture, at, dpi=DPI)
 
 
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "png"])
+@given(job=st.lists(contract.pictures(), min_size=2, max_size=3), at=st.floats(0, 1))
+def test_several_pages_broken_off(name, job, at):
+    job = [printable(name, picture) for picture in job]
+    contract.check_abort_between_pages(language(name), job, at, dpi=DPI)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_rims(name):
     """Every shape is either printed whole or refused with a reason, before any piece."""
