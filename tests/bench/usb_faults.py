@@ -1,13 +1,13 @@
 """Faults on the USB, and what becomes of the bytes: ours, python-escpos and brother_ql on the same
-simulated printers. ``python -m tests.bench.usb_faults [SCRIPTS]`` prints a table in Markdown; with a
-number, so many random scripts of faults are run through our Device first.
+simulated printers. ``python -m tests.bench.usb_faults`` prints a table in Markdown; with ``--scripts
+10000``, so many random scripts of faults are run through our Device.
 """
 
 from __future__ import annotations
 
+import argparse
 import logging
 import random
-import sys
 import time
 from collections import deque
 from collections.abc import Callable
@@ -248,8 +248,19 @@ def random_scripts(number: int, seed: int = 1) -> dict[str, int]:
     return ended
 
 
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scripts", type=int, help="run so many random scripts instead")
+    options = parser.parse_args()
+    if options.scripts is None:
+        print(table())
+        return
+    start = time.perf_counter()
+    ended = random_scripts(options.scripts)
+    kinds = ", ".join(f"{count:,} {kind}" for kind, count in sorted(ended.items()))
+    print(f"{options.scripts:,} scripts, no byte lost or sent twice: {kinds}")
+    print(f"{time.perf_counter() - start:.0f} s")
+
+
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        start = time.perf_counter()
-        print(random_scripts(int(sys.argv[1])), f"{time.perf_counter() - start:.0f} s", file=sys.stderr)
-    print(table())
+    main()
