@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, fields
 from types import TracebackType
 from typing import Any, Self
 
@@ -14,7 +14,7 @@ from devices.profile import DeviceProfile
 from devices.sending import Cancelled, Patience, Sender
 from devices.status import Status
 from devices.transports.base import Transport
-from halftone.errors import UsageError
+from halftone.errors import HalftoneError, UsageError, near
 from halftone.frame import Bands, Frame
 
 __all__ = ["Device", "PrintReport"]
@@ -24,7 +24,7 @@ __all__ = ["Device", "PrintReport"]
 class PrintReport:
     """How far a print came.
 
-    rows : of all pages. rows_accepted : of which the device has all bytes; what it had on paper
+    rows : of all pages so far. rows_accepted : of which the device has all bytes; what it had on paper
     when it failed is for it to say. pages_accepted : whole pages. bytes_accepted : of everything.
     reasons : all that the device said on the way. waited : seconds it held the job up.
     cancelled : whether the user broke it off. completed : whether the language's last command was
@@ -49,7 +49,8 @@ class PrintReport:
     def __str__(self) -> str:
         rows = f"{self.rows_accepted} of {self.rows} rows"
         if self.cancelled:
-            return f"cancelled: the device accepted {rows}"
+            end = "" if self.completed else ", not the end of its command: switch it off and on"
+            return f"cancelled: the device accepted {rows}{end}"
         if self.completed:
             pages = f"{self.pages} page{'s' * (self.pages != 1)}"
             return f"{pages}, {self.rows} rows, {self.bytes_accepted} bytes"
@@ -59,7 +60,8 @@ class PrintReport:
 class Device:
     """An open device. ``with open_device(…) as device: device.print("photo.jpg")``.
 
-    patience : how long it may take. record : called with all bytes that it accepts.
+    patience : how long it may take. record : called with all bytes that it accepts. report : of the
+    last print, also of one that failed.
     """
 
     def __init__(
@@ -77,6 +79,8 @@ class Device:
         self.transport, self.language, self.profile, self.uri = transport, language, profile, uri
         self.patience = patience or Patience()
         self.record = record
+        self.report = PrintReport()
+        self._closed = False
         self._clock, self._asleep = clock, asleep
 
     def status(self) -> Status | None:
@@ -84,6 +88,7 @@ class Device:
 
         Raises a :class:`devices.errors.PrintError` if it went away.
         """
+        self._check_open()
         return self._sender(lambda status: None, lambda: False).ask()
 
     def print(
@@ -112,8 +117,10 @@ class Device:
         Raises :class:`halftone.errors.UsageError` for what the device cannot do, before it is sent;
         :class:`devices.errors.PrintError`, whose ``report`` says how far it came.
         """
+        self._check_open()
         self._check(copies, density, cut)
-        report = PrintReport(self.uri, self.profile.name, self.language.name)
+        _check_pictures(pictures, options)
+        self.report = report = PrintReport(self.uri, self.profile.name, self.language.name)
         sender = self._sender(notify or (lambda status: None), cancel or (lambda: False))
         start = self._clock()
         job = _Job(
@@ -132,6 +139,7 @@ class Device:
 
     def close(self) -> None:
         """Give the device back. A second call does nothing."""
+        self._closed = True
         self.transport.close()
 
     def __enter__(self) -> Self:
@@ -140,7 +148,13 @@ class Device:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if error is not None:
+            self.transport.spoil()
         self.close()
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise UsageError(f"the device '{self.uri}' is closed; open it again")
 
     def _sender(self, notify: Callable[[Status], None], cancelled: Callable[[], bool]) -> Sender:
         return Sender(
@@ -153,6 +167,8 @@ class Device:
         if cut and not self.language.cuts:
             raise UsageError(f"cut: '{self.language.name}' has no command for it; leave it out")
         if density is not None:
+            if isinstance(density, bool) or not isinstance(density, int):
+                raise UsageError(f"density = {density!r}; allowed: an integer")
             allowed = self.profile.density
             if allowed is None:
                 raise UsageError(f"density = {density}: '{self.profile.name}' has no density to set")
@@ -163,7 +179,8 @@ class Device:
 
     def _run(self, sender: Sender, job: _Job, progress: Callable[[float], None]) -> None:
         """Piece after piece. What ends it early is met by completing what the device has begun."""
-        pieces = self.language.encode(job.pages())
+        pages = job.pages()
+        pieces = self.language.encode(pages)
         begun: tuple[Piece, int] | None = None  # the last piece of which it has any byte, and how many
         try:
             piece = next(pieces, None)  # what the language refuses is refused before a byte is sent
@@ -182,26 +199,43 @@ class Device:
                 piece = next(pieces, None)
             sender.flush()
             job.report.completed = True
-        except PrintError:
-            self.transport.spoil()
-            raise
         except BaseException as error:
             self.transport.spoil()
+            if sender.broken or isinstance(error, PrintError):
+                raise
             job.report.completed = begun is None or self._complete(sender, begun[0].abort(begun[1]))
             if not isinstance(error, Cancelled):
                 raise
             job.report.cancelled = True
+        finally:
+            pages.close()
 
     def _complete(self, sender: Sender, rest: bytes) -> bool:
         """Give the device what completes a broken-off job; whether it took all of it."""
         before = sender.taken
         try:
             return sender.finish(rest)
-        except PrintError:
+        except HalftoneError:
             return False
         finally:
             if self.record is not None:
                 self.record(rest[: sender.taken - before])
+
+
+def _check_pictures(pictures: tuple[Any, ...], options: dict[str, Any]) -> None:
+    """Refuse what would fail when half of it is printed."""
+    if not pictures:
+        raise UsageError("nothing to print; give one or more pictures")
+    bands = [id(picture) for picture in pictures if isinstance(picture, Bands)]
+    if len(set(bands)) < len(bands):
+        raise UsageError("bands can be read once, and the same were given twice; print a frame")
+    if options:
+        from halftone.recipe import Recipe
+
+        allowed = {f.name for f in fields(Recipe) if f.init} - {"profile"}
+        for name in options:
+            if name not in allowed:
+                raise UsageError(near(name, allowed, "option"))
 
 
 @dataclass
@@ -222,7 +256,7 @@ class _Job:
         self.report.rows_accepted = rows
         self.report.pages_accepted = sum(end <= rows for end in self.ends)
 
-    def pages(self) -> Iterator[Page]:
+    def pages(self) -> Generator[Page, None, None]:
         device, native = self.device, self.device.language.native_copies
         many = 1 if native else self.copies
         for picture in self.pictures:
@@ -237,13 +271,14 @@ class _Job:
                 self.report.pages += 1
                 self.report.rows += bands.shape[0]
                 self.ends.append(self.report.rows)
-                yield page_of(
-                    device.language,
-                    bands,
-                    copies=self.copies if native else 1,
-                    density=self.density,
-                    cut=self.cut,
-                )
+                copies = self.copies if native else 1
+                try:
+                    yield page_of(
+                        device.language, bands, copies=copies, density=self.density, cut=self.cut
+                    )
+                finally:  # also when printing failed: the file of a picture is not held open
+                    if isinstance(bands.indices, Generator):
+                        bands.indices.close()
 
     def share(self) -> float:
         """How much of the job is done, taking the pages to come as long as those so far."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.discovery import UsbPrinter, usb_printers
+from devices.transports import transport_type
 from devices.transports.base import Uri
 from devices.transports.remedies import holders, let_go, permit
 from devices.transports.usb_find import library
@@ -27,10 +28,6 @@ class Finding:
     ok: bool = True
     remedy: str = ""
 
-    def __str__(self) -> str:
-        mark = "ok     " if self.ok else "PROBLEM"
-        return f"{mark} {self.what}" + "".join(f"\n        {line}" for line in self.remedy.splitlines())
-
 
 def examine(uri: str | None = None, root: str | Path = "/", timeout: float = 5.0) -> list[Finding]:
     """Look at the device at *uri*, or at all that are there.
@@ -42,7 +39,9 @@ def examine(uri: str | None = None, root: str | Path = "/", timeout: float = 5.0
     if uri is None:
         return _all(top)
     place = Uri.parse(uri)
+    transport_type(place.scheme)
     if place.scheme == "usb":
+        place.check_query("serial", "interface", "port")
         return [_libraries("usb"), *_usb(place, top)]
     if place.scheme == "socket":
         return _socket(place, timeout)
@@ -94,18 +93,25 @@ def _usb(uri: Uri, root: Path) -> Iterator[Finding]:
 
 
 def _is_meant(uri: Uri, printer: UsbPrinter) -> bool:
-    """Whether *uri* may mean *printer*; its name is known only if usblp has asked for it."""
+    """Whether *uri* may mean *printer*. What it says of itself is known only if usblp has asked for it;
+    else its make stands in its strings, if it has any."""
+    serial = uri.query.get("serial", "?").casefold()
+    if (
+        serial not in (printer.serial.casefold(), "?")
+        or uri.query.get("port", printer.port) != printer.port
+    ):
+        return False
     numbers = re.fullmatch(r"(?:0x)?([0-9a-f]{1,4}):(?:0x)?([0-9a-f]{1,4})", uri.host.lower())
     if numbers:
         return [int(number, 16) for number in numbers.groups()] == [
             int(printer.vendor, 16),
             int(printer.product, 16),
         ]
-    if uri.query.get("serial", printer.serial).casefold() not in (printer.serial.casefold(), "?"):
-        return False
     asked = f"{uri.host}{uri.path}".casefold()
     names = printer.identity
-    return not asked or not names.model or asked == f"{names.make}/{names.model}".casefold()
+    if asked and not names.model:
+        return printer.title.startswith("USB printer") or uri.host.casefold() in printer.title.casefold()
+    return not asked or asked == f"{names.make}/{names.model}".casefold()
 
 
 def _usb_printer(printer: UsbPrinter, root: Path, asked: str = "") -> Iterator[Finding]:

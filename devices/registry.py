@@ -52,6 +52,8 @@ def language_for(
             f"'{profile.name}' names no language; put one in front of the URI, as escpos+usb://…"
         )
     own = profile.options if chosen == profile.language else {}
-    made = make_language(chosen, **{**own, **(options or {})})
-    made.packing(profile.levels)
-    return made
+    try:
+        make_language(chosen, **own).packing(profile.levels)
+    except UsageError as error:
+        raise UsageError(f"'{profile.name}' with the language '{chosen}': {error}") from None
+    return make_language(chosen, **{**own, **(options or {})})

@@ -6,6 +6,7 @@ The deadline is one of progress, not of the whole: a long job on a slow line is 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ from devices.errors import DeviceStateError, DeviceTimeoutError
 from devices.languages.base import Language
 from devices.status import Status
 from devices.transports.base import Transport
+from halftone.errors import UsageError
 
 __all__ = ["Cancelled", "Patience", "Sender"]
 
@@ -33,20 +35,35 @@ class Patience:
 
     stall: float = 60.0
     fault: float | None = 600.0
-    answer: float = 3.0
+    answer: float = 1.5
     finish: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name in ("stall", "fault", "answer", "finish"):
+            value = getattr(self, name)
+            if value is None and name == "fault":
+                continue
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, int | float)
+                or not 0 <= value < math.inf
+            ):
+                raise UsageError(f"patience: {name} = {value!r}; allowed: seconds, 0 and more")
 
 
 POLL = 0.5
 """Seconds between two looks at the status, and to hear of a cancel."""
 NOISE = 4096
 """Bytes taken from a device at a time that nobody asked for."""
+TAIL = 256
+"""Bytes of them that are kept, because the rest of what they say may come later."""
 
 
 @dataclass
 class Sender:
-    """The way to one device. taken : bytes it has accepted. seen : all reasons it has given.
-    waited : seconds it held the job up for a reason. asleep : what passes the time between two looks.
+    """The way to one device. taken : bytes it has accepted; sent : of the last data given. seen : all
+    reasons it has given. waited : seconds it held the job up for a reason. asleep : what passes the
+    time between two looks. broken : whether the transport failed, and may not be written to any more.
     """
 
     transport: Transport
@@ -60,6 +77,9 @@ class Sender:
     sent: int = 0
     waited: float = 0.0
     seen: set[str] = field(default_factory=set)
+    broken: bool = False
+    _said: Status = field(default_factory=Status)
+    _heard: bytes = b""
     _told: Status = field(default_factory=Status)
     _drained: float = 0.0
 
@@ -68,9 +88,9 @@ class Sender:
         view, self.sent = memoryview(data), 0
         watch = _Watch(self)
         while self.sent < len(view):
-            if cancellable and self.cancelled():
+            if (cancellable or not self.sent) and self.cancelled():
                 raise Cancelled
-            taken = self.transport.write(view[self.sent : self.sent + self.transport.chunk], POLL)
+            taken = self._write(view[self.sent : self.sent + self.transport.chunk], POLL)
             if taken:
                 self.sent, self.taken = self.sent + taken, self.taken + taken
                 watch.moved()
@@ -83,7 +103,7 @@ class Sender:
         """Hand over what completes a broken-off job; whether the device took it in time."""
         view, end = memoryview(data), self.clock() + self.patience.finish
         while view and (left := end - self.clock()) > 0:
-            taken = self.transport.write(view[: self.transport.chunk], min(POLL, left))
+            taken = self._write(view[: self.transport.chunk], min(POLL, left))
             self.taken += taken
             view = view[taken:]
             if not taken:
@@ -99,20 +119,23 @@ class Sender:
             watch.held(self.look(), "all bytes, and some have not left this machine")
 
     def look(self) -> Status:
-        """What the device says without being asked: its port, and bytes it has sent."""
+        """What the device says without being asked: its port, and what it sent last by itself."""
         self._drained = self.clock()
-        status = self.transport.port_status() or Status()
         if self.transport.reads:
-            said = self.language.unsolicited(self.transport.read(NOISE, 0))
-            status = status | (said or Status())
+            self._heard += self._read(0)
+            said = self.language.unsolicited(self._heard)
+            if said is not None:  # it holds until the device says something else
+                self._said, self._heard = said, b""
+            self._heard = self._heard[-TAIL:]
+        status = (self.transport.port_status() or Status()) | self._said
         self.note(status)
         return status
 
     def ask(self) -> Status | None:
         """What the device answers when it is asked; None if it does not answer."""
-        if not (self.transport.reads and self.language.status_query):
-            status = self.transport.port_status()
-        else:
+        status = self.transport.port_status()
+        held = status is not None and status.stopped  # then it may not take the question either
+        if self.transport.reads and self.language.status_query and not held:
             status = self._answer()
         if status is not None:
             self.note(status)
@@ -126,7 +149,8 @@ class Sender:
                 raise Cancelled
             watch.held(status, "no byte")
             self.asleep(POLL)
-            status = self.ask()
+            answer = self.ask()
+            status = status if answer is None else answer  # silence does not say that it is mended
         watch.moved()
         return status
 
@@ -143,11 +167,27 @@ class Sender:
         )  # half a query would garble what follows
         reply, end = b"", self.clock() + self.patience.answer
         while (left := end - self.clock()) > 0:
-            reply += self.transport.read(NOISE, min(POLL, left))
+            reply += self._read(min(POLL, left))
             status = self.language.parse_status(reply)
             if status is not None:
+                self._said = status
                 return status | (self.transport.port_status() or Status())
-        return self.transport.port_status()
+        # Silence does not take back what it has said.
+        return None if self._said.stopped else self.transport.port_status()
+
+    def _write(self, data: memoryview, timeout: float) -> int:
+        try:
+            return self.transport.write(data, timeout)
+        except BaseException:  # KeyboardInterrupt too: how much was taken is unknown
+            self.broken = True
+            raise
+
+    def _read(self, timeout: float) -> bytes:
+        try:
+            return self.transport.read(NOISE, timeout)
+        except BaseException:
+            self.broken = True
+            raise
 
 
 class _Watch:

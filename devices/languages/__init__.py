@@ -72,7 +72,10 @@ def language(name: str, **options: Any) -> Language:
 def detect(data: bytes) -> str:
     """The name of the language of a stream. Raises InputFileError if it is none of them."""
     head = data[:1024]
-    for name in languages():
+    for name in TABLE:
+        if language_type(name).sniff(head):
+            return name
+    for name in languages()[len(TABLE) :]:
         if language_type(name).sniff(head):
             return name
     start = head[:16].hex(" ") or "nothing"

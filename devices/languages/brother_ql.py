@@ -140,7 +140,12 @@ class BrotherQl(Language):
                 begin, count = b"", len(rows)
                 if left:
                     yield Piece(data, count, close=cancel)
-            page, first = next(coming, None), False  # whether another follows decides how it ends
+            first = False
+            try:
+                page = next(coming, None)  # whether another follows decides how this one ends
+            except Exception:  # the one that follows cannot be read: this one is the last
+                yield Piece(data + b"\x1a", count)
+                raise
             if page is None:
                 yield Piece(data + b"\x1a", count)
             else:

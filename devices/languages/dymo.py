@@ -76,7 +76,11 @@ class Dymo(Language):
                 begin, count = b"", len(rows)
                 if left:
                     yield Piece(data, count, close=feed)
-            page = next(coming, None)
+            try:
+                page = next(coming, None)
+            except Exception:  # the next cannot be read: this one is the last
+                yield Piece(data + b"\x1bE", count)
+                raise
             if page is None:
                 yield Piece(data + b"\x1bE", count)  # the last label is fed to where it is torn off
             else:  # broken off here, this one is the last

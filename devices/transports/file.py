@@ -36,13 +36,13 @@ class FileTransport(Transport):
 
 
 class RegularFile(FileTransport):
-    """A file, which gets its name at close(), and only if the job in it is whole: if flush() followed
-    the last write, no error came between, and nobody called spoil()."""
+    """A file, which gets its name at close(), and only if there is a whole job in it: if flush()
+    followed the last write, no error came between, and nobody called spoil()."""
 
     def __init__(self, path: str) -> None:
         self._output: AbstractContextManager[Any] | None = output(path)
         self._file = self._output.__enter__()
-        self._whole, self._spoiled = True, False  # an empty job is whole
+        self._whole = self._spoiled = False
 
     def write(self, data: memoryview, timeout: float) -> int:
         self._whole = False

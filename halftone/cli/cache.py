@@ -38,11 +38,15 @@ def _warm() -> int:
     import halftone
     from halftone import _objects
     from halftone._jit import kernels
+    from halftone.cli.console import our_devices
     from halftone.errors import OutputError
 
-    root = Path(halftone.__file__).parent
-    for path in sorted(root.rglob("_*_kernels.py")):  # its kernels register when it is imported
-        import_module(".".join(("halftone", *path.relative_to(root).with_suffix("").parts)))
+    our_devices()
+    for package in (halftone, import_module("devices")):
+        root = Path(str(package.__file__)).parent
+        for path in sorted(root.rglob("_*_kernels.py")):  # its kernels register when it is imported
+            parts = path.relative_to(root).with_suffix("").parts
+            import_module(".".join((package.__name__, *parts)))
     for made in kernels():
         start = time.perf_counter()
         origin = made.prepare()

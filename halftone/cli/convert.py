@@ -1,7 +1,7 @@
 """``halftone convert``: pictures in, what the device can show out."""
 
 # pathlib takes 4 ms to import, which a small picture would notice.
-# ruff: noqa: PTH103, PTH112, PTH118, PTH119, PTH121, PTH122
+# ruff: noqa: PTH103, PTH112, PTH118, PTH119, PTH122
 from __future__ import annotations
 
 import argparse
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from halftone.cli.picture import recipe, recipe_arguments
+from halftone.cli.picture import recipe, recipe_arguments, same_file
 
 __all__ = ["arguments", "run"]
 
@@ -166,7 +166,7 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
             raise UsageError(f"a preview is a PNG, not {kind}; name OUT.png or leave --format out")
     if not to_folder:
         format_of(output, options.format)
-        if output != "-" and inputs[0] != "-" and _same(inputs[0], output):
+        if output != "-" and inputs[0] != "-" and same_file(inputs[0], output):
             raise UsageError(f"'{output}' is the input itself; name another output")
         return [_Task(inputs[0], output)]
     if output == "-":
@@ -179,7 +179,7 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
             raise UsageError(
                 f"'{seen[task.target]}' and '{task.source}' would both become '{task.target}'"
             )
-        if task.source != "-" and _same(task.source, task.target):
+        if task.source != "-" and same_file(task.source, task.target):
             raise UsageError(f"'{task.target}' is an input itself; name another folder")
         seen[task.target] = task.source
     try:
@@ -191,10 +191,3 @@ def _tasks(options: argparse.Namespace) -> list[_Task]:
 
 def _stem(name: str) -> str:
     return "stdin" if name == "-" else os.path.splitext(os.path.basename(name))[0]
-
-
-def _same(first: str, second: str) -> bool:
-    try:
-        return os.path.samefile(first, second)
-    except OSError:
-        return False

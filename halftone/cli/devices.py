@@ -20,9 +20,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n".join(f"  {name:10} {text}" for name, text in _WHAT.items())
     parser.add_argument("what", choices=_WHAT, metavar="|".join(_WHAT))
-    parser.add_argument("target", nargs="?", metavar="NAME|URI")
+    parser.add_argument("paths", nargs="*", metavar="NAME|URI")
     parser.add_argument("-d", "--device", metavar="NAME", help="for status: the profile at the URI")
-    parser.add_argument("--timeout", type=float, default=5.0, metavar="S", help="for status (default 5)")
+    parser.add_argument(
+        "--timeout", type=float, default=5.0, metavar="S", help="for status and doctor (5)"
+    )
     parser.add_argument("--json", action="store_true", help="as JSON")
 
 
@@ -32,6 +34,9 @@ def run(options: argparse.Namespace) -> int:
     from halftone.errors import UsageError
 
     our_devices()
+    if len(options.paths) > 1:
+        raise UsageError(f"devices {options.what} takes one NAME or URI, not {len(options.paths)}")
+    options.target = options.paths[0] if options.paths else None
     if options.what in ("info", "status") and options.target is None:
         raise UsageError(f"devices {options.what} needs a {'NAME' if options.what == 'info' else 'URI'}")
     if options.what in ("list", "languages") and options.target is not None:
@@ -117,7 +122,7 @@ def _status(options: argparse.Namespace) -> int:
             from halftone.errors import UsageError
 
             raise UsageError("name its language, as escpos+usb://…, or its profile with --device")
-    patience = Patience(stall=options.timeout, answer=options.timeout)
+    patience = Patience(options.timeout, fault=options.timeout, answer=options.timeout)
     with open_device(options.target, profile, patience=patience, timeout=options.timeout) as device:
         status = device.status()
     reasons = [] if status is None else sorted(status.reasons)
@@ -136,7 +141,7 @@ def _status(options: argparse.Namespace) -> int:
 def _doctor(options: argparse.Namespace) -> int:
     from devices.doctor import examine
 
-    findings = examine(options.target)
+    findings = examine(options.target, timeout=options.timeout)
     if options.json:
         import dataclasses
         import json

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
-from halftone.cli.picture import recipe, recipe_arguments
+from halftone.cli.picture import recipe, recipe_arguments, same_file
+from halftone.errors import UsageError
 
 __all__ = ["arguments", "run"]
 
@@ -53,7 +56,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=600.0,
         metavar="S",
-        help="how long to wait for paper, or a cover to be closed (default 600)",
+        help="how long to wait for paper, or a cover to be closed (default 600; below 0: for ever)",
     )
     recipe_arguments(parser)
     group = parser.add_argument_group("output")
@@ -67,7 +70,6 @@ def run(options: argparse.Namespace) -> int:
     """Print all pictures as one job."""
     from halftone.cli.console import our_devices, quiet_libraries
     from halftone.cli.progress import Bar
-    from halftone.errors import UsageError
 
     our_devices()
     if options.device is None:
@@ -77,50 +79,93 @@ def run(options: argparse.Namespace) -> int:
             "where to? Give --to URI (halftone devices list shows what is there), "
             "or --dry-run OUT.png to see what it would print"
         )
-    if options.to is not None and options.dry_run is not None:
-        raise UsageError("both --to and --dry-run were given; a dry run goes nowhere")
-    if options.paths.count("-") > 1:
-        raise UsageError("stdin can be read once, and - was given twice")
-    if options.copies > 1 and "-" in options.paths:
-        raise UsageError("stdin can be read once: print copies of a file")
+    _check_places(options)
     made = recipe(options, sources=1)
     with quiet_libraries(), Bar(1, shown=not options.quiet) as bar:
         return _print(options, made, bar)
 
 
+def _check_places(options: argparse.Namespace) -> None:
+    """All that is wrong with the inputs and outputs is said before any work."""
+    from devices.transports.base import Uri
+    from halftone.errors import InputFileError
+    from halftone.images.write import format_of
+
+    to = None if options.to is None else Uri.parse(options.to)
+    if options.dry_run is not None:
+        format_of(options.dry_run)
+        if to is not None and to.scheme != "mem":
+            raise UsageError("both --to and --dry-run were given; a dry run goes nowhere")
+    if options.paths.count("-") > 1:
+        raise UsageError("stdin can be read once, and - was given twice")
+    file = to.path if to is not None and to.scheme == "file" else None
+    given = {"--to": file, "--dump": options.dump, "--dry-run": options.dry_run}
+    outputs = [(name, path) for name, path in given.items() if path is not None]
+    for number, (name, path) in enumerate(outputs):
+        for other, second in outputs[:number]:
+            if path == second or same_file(path, second):
+                raise UsageError(f"{other} and {name} would both write '{path}'")
+        if any(same_file(path, source) for source in options.paths if source != "-"):
+            raise UsageError(f"'{path}' is an input itself; name another output for {name}")
+    for path in options.paths:
+        if path != "-" and len(options.paths) > 1 and not os.path.exists(path):  # noqa: PTH110
+            raise InputFileError(f"'{path}' cannot be read: there is no such file")
+
+
 def _print(options: argparse.Namespace, made: Any, bar: Any) -> int:
     from devices.registry import open_device
     from devices.sending import Patience
+    from halftone.cli.console import interrupted
     from halftone.errors import HalftoneError
 
     names = options.paths
-    uri = options.to or (f"{made.profile.language}+mem:" if made.profile.language else "mem:")
     patience = Patience(options.timeout, None if options.wait < 0 else options.wait)
-    taken = bytearray()
-    with _dump(options.dump) as dump:
-        device = open_device(uri, made.profile, options=_options(options.option), patience=patience)
-        device.record = taken.extend if options.dry_run is not None else dump
+    extra = _options(options.option)
+    failed: HalftoneError | None = None
+    with _dump(options) as dump:
+        device = open_device(_uri(options, made.profile), made.profile, options=extra, patience=patience)
+        device.record = dump
         progress = bar.file(names[0] if len(names) == 1 else f"{len(names)} pictures")
         cancelled = threading.Event()
-        with device:
-            report = _patiently(lambda: _job(device, made, options, progress, cancelled), cancelled)
-        if options.dry_run is not None and not report.cancelled:
-            from halftone.cli.decode import save_pages
+        try:
+            with device:
+                _patiently(lambda: _job(device, made, options, progress, cancelled), cancelled)
+            if options.dry_run is not None and not device.report.cancelled:
+                from halftone.cli.decode import save_pages
 
-            if dump is not None:
-                dump(bytes(taken))
-            save_pages(device.language.decode(bytes(taken)), options.dry_run)
+                data = cast("Any", device.transport).data
+                save_pages(device.language.decode(data, made.max_memory // 2), options.dry_run)
+        except HalftoneError as error:
+            failed = error
+    report = device.report
     bar.done(names[0])
-    _tell(report, options)
-    if report.cancelled and not report.completed:
-        raise HalftoneError("the device did not take the end of the command; switch it off and on")
+    if failed is None or report.bytes_accepted:
+        _tell(report, options)
+    if failed is not None and interrupted():
+        _say(str(failed))
+    if failed is not None:
+        raise failed
     if report.cancelled:
         raise KeyboardInterrupt
     return 0
 
 
-def _job(device: Any, made: Any, options: argparse.Namespace, progress: Any, cancelled: Any) -> Any:
+def _uri(options: argparse.Namespace, profile: Any) -> str:
+    """Where the bytes go: without --to to the file of --dump, or for a dry run to memory."""
+    from urllib.parse import quote
+
+    if options.to is not None:
+        return str(options.to)
+    own = f"{profile.language}+" if profile.language else ""
+    return f"{own}mem:" if options.dry_run is not None else f"{own}file:{quote(options.dump)}"
+
+
+def _job(device: Any, made: Any, options: argparse.Namespace, progress: Any, cancelled: Any) -> None:
     """Print everything; a picture is opened when its turn comes, and again for each copy."""
+    if options.copies > 1 and "-" in options.paths and not device.language.native_copies:
+        raise UsageError(
+            f"stdin can be read once, and {device.language.name} has no copies: name a file"
+        )
     stages: list[dict[str, Any]] = []
 
     def bands(path: str) -> Any:
@@ -128,7 +173,16 @@ def _job(device: Any, made: Any, options: argparse.Namespace, progress: Any, can
         stages.append(given.report)
         return given
 
-    report = device.print(
+    try:
+        _send(device, options, bands, progress, cancelled)
+    finally:
+        device.report.pictures += stages
+
+
+def _send(
+    device: Any, options: argparse.Namespace, bands: Callable[[str], Any], progress: Any, cancelled: Any
+) -> None:
+    device.print(
         *(partial(bands, path) for path in options.paths),
         copies=options.copies,
         density=options.density,
@@ -137,8 +191,6 @@ def _job(device: Any, made: Any, options: argparse.Namespace, progress: Any, can
         cancel=cancelled.is_set,
         notify=lambda status: None if options.quiet else _say(f"the device: {status}"),
     )
-    report.pictures += stages
-    return report
 
 
 def _tell(report: Any, options: argparse.Namespace) -> None:
@@ -151,27 +203,29 @@ def _tell(report: Any, options: argparse.Namespace) -> None:
         import json
 
         fields = dataclasses.asdict(report) | {"reasons": sorted(report.reasons)}
-        print(json.dumps(fields, indent=1))
+        stdout = "-" in (options.dump, options.dry_run) or (options.to or "").endswith("file:-")
+        print(json.dumps(fields, indent=1), file=sys.stderr if stdout else sys.stdout)
     elif not options.quiet:
         _say(f"{report}" + (f" to {options.to}" if options.to else ""))
 
 
-def _patiently(job: Callable[[], Any], cancelled: threading.Event) -> Any:
-    """job(), which Ctrl-C asks to complete its open command and to end; a second one ends it at once."""
+def _patiently(job: Callable[[], None], cancelled: threading.Event) -> None:
+    """job(), which Ctrl-C and SIGTERM ask to complete its open command and to end; a second Ctrl-C ends
+    it at once."""
     from halftone.cli.console import interrupted
 
-    done: list[Any] = []
     failed: list[BaseException] = []
     ended = threading.Event()  # an interrupted join takes the thread for ended (CPython's issue 90882)
 
     def work() -> None:
         try:
-            done.append(job())
+            job()
         except BaseException as error:
             failed.append(error)
         finally:
             ended.set()
 
+    signal.signal(signal.SIGTERM, lambda *_: cancelled.set())
     try:
         threading.Thread(target=work, daemon=True).start()
         while not ended.wait(0.05):  # the signal may reach another thread, and not wake this
@@ -184,17 +238,17 @@ def _patiently(job: Callable[[], Any], cancelled: threading.Event) -> Any:
             pass
     if failed:
         raise failed[0]
-    return done[0]
 
 
 @contextmanager
-def _dump(path: str | None) -> Iterator[Callable[[bytes], Any] | None]:
-    if path is None:
+def _dump(options: argparse.Namespace) -> Iterator[Callable[[bytes], Any] | None]:
+    """What keeps the bytes that go elsewhere; None where there is nothing to keep."""
+    if options.dump is None or (options.to is None and options.dry_run is None):
         yield None
         return
     from halftone.images.output import output
 
-    with output(path) as file:
+    with output(options.dump) as file:
         yield file.write
 
 
@@ -211,15 +265,6 @@ def _options(texts: list[str]) -> dict[str, str]:
             raise UsageError(f"-o {key} was given twice")
         found[key] = value
     return found
-
-
-def _read_back(device: Any, path: str | None) -> int:
-    """Decode what a dry run sent, and write it; the number of pages."""
-    if path is None:
-        return 0
-    from halftone.cli.decode import save_pages
-
-    return save_pages(device.language.decode(device.transport.data), path)
 
 
 def _say(text: str) -> None:

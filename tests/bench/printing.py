@@ -3,7 +3,8 @@
 ``python -m tests.bench.printing [--md]``. The rows are a photograph halftoned by Floyd–Steinberg at
 576 dots, stretched to 2,400 rows (30 cm); best and median of seven runs. A head that moves
 100 mm a second at 8 dots/mm burns 800 rows a second. Memory is the peak of what Python and NumPy
-allocate while a whole page is encoded band by band: the 2 m roll, and A4 at 1200 dpi; — where the language or its labels end before that.
+allocate while a whole page is encoded band by band: the 2 m roll, and A4 at 1200 dpi; — where the
+language, or its labels, end before that.
 """
 
 from __future__ import annotations

@@ -114,7 +114,8 @@ def test_several_pictures_and_copies(picture, tmp_path):
     [
         ([], 2, "which device"),
         (["-d", "receipt-80mm"], 2, "where to"),
-        (["-d", "receipt-80mm", "--to", "mem:", "--dry-run", "x.png"], 2, "goes nowhere"),
+        (["-d", "receipt-80mm", "--to", "file:x", "--dry-run", "x.png"], 2, "goes nowhere"),
+        (["-d", "receipt-80mm", "--dry-run", "x.xyz"], 2, "xyz"),
         (["-d", "receipt-80mm", "--to", "mem"], 2, "device URI"),
         (["-d", "receipt-80mm", "--to", "sockt://h"], 2, "Did you mean socket"),
         (["-d", "receipt-80mm", "--to", "escpo+mem:"], 2, "Did you mean escpos"),
@@ -190,6 +191,87 @@ def test_ctrl_c_completes_the_open_command(tmp_path):
 
     (frame,) = EscPos.decode(listener.data)
     assert 0 < frame.shape[0] < 12000
+
+
+def test_inputs_are_not_overwritten(picture, tmp_path):
+    own = tmp_path / "in.png"
+    own.write_bytes(picture.read_bytes())
+    for option, value in (("--dry-run", own), ("--dump", own), ("--to", f"file:{own}")):
+        result = run("print", own, "-d", "receipt-80mm", option, value)
+        assert (result.code, "is an input itself" in result.err) == (2, True)
+    for pair in (("--dump", tmp_path / "x.png", "--dry-run", tmp_path / "x.png"),):
+        result = run("print", own, "-d", "receipt-80mm", *pair)
+        assert (result.code, "both write" in result.err) == (2, True)
+    result = run("decode", own, own)
+    assert (result.code, "the input itself" in result.err) == (2, True)
+    assert own.read_bytes() == picture.read_bytes()
+    assert list(tmp_path.iterdir()) == [own]
+
+
+def test_a_failure_says_how_far_it_came(picture, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+
+        def vanish() -> None:
+            connection, _ = server.accept()
+            connection.recv(3000)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+            connection.close()
+
+        thread = threading.Thread(target=vanish)
+        thread.start()
+        noise = np.random.default_rng(1).integers(0, 256, (30_000, 576)).astype(np.uint8)
+        Image.fromarray(noise).save(tmp_path / "long.png")
+        to = f"pbm+socket://127.0.0.1:{port}"
+        args = ("print", tmp_path / "long.png", "-d", "receipt-80mm", "--to", to)
+        result = run(*args, "--dump", tmp_path / "got", "--json")
+        thread.join()
+    said = json.loads(result.out)
+    assert result.code == 5
+    assert "went away" in result.err
+    assert 0 < said["rows_accepted"] < said["rows"] == 30_000
+    assert (tmp_path / "got").stat().st_size == said["bytes_accepted"]
+
+
+def test_a_missing_picture_is_said_before_the_first_is_printed(picture, tmp_path):
+    result = run("print", picture, "no.png", "-d", "receipt-80mm", "--to", f"file:{tmp_path / 'x'}")
+    assert (result.code, "no.png" in result.err) == (3, True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_json_and_bytes_do_not_mix(picture):
+    result = run("print", picture, "-d", "receipt-80mm", "--to", "file:-", "--json", "-q")
+    assert result.out.startswith(b"\x1b@")
+    assert json.loads(result.err)["completed"]
+    assert b"rows_accepted" not in result.out
+
+
+def test_a_dry_run_in_another_language(picture, tmp_path):
+    args = ("print", picture, "-d", "generic-1bit", "--dry-run", tmp_path / "x.png")
+    assert run(*args).code == 2
+    assert run(*args, "--to", "pbm+mem:").code == 0
+    np.testing.assert_array_equal(shown(tmp_path / "x.png"), converted(picture, "generic-1bit"))
+
+
+def test_options_before_the_name():
+    for args in (("info", "--json", "receipt-80mm"), ("status", "--device", "receipt-80mm", "mem:")):
+        assert run("devices", *args).code == 0
+    for args in (("info", "a", "b"), ("info",), ("list", "x"), ("doctor", "foo://bar")):
+        assert run("devices", *args).code == 2
+
+
+def test_numbers_that_are_no_times(picture):
+    for option in ("--timeout", "--wait"):
+        result = run("print", picture, "-d", "receipt-80mm", "--to", "mem:", option, "nan")
+        assert (result.code, "seconds" in result.err) == (2, True)
+
+
+def test_a_profile_with_a_wrong_language(picture, tmp_path):
+    for text in ('language = "escpoz"', 'language = "escpos"\n[options]\ncomand = "raster"'):
+        (tmp_path / "mine.toml").write_text(f'title = "t"\nprovenance = "p"\nwidth = 8\n{text}\n')
+        result = run("print", picture, "-d", tmp_path / "mine.toml", "--to", "mem:")
+        assert (result.code, "'mine' with the language" in result.err) == (2, True)
+        assert "Did you mean" in result.err
 
 
 class Listener:

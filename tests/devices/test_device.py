@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,8 +19,9 @@ from devices.errors import (
     StalledError,
 )
 from devices.languages.base import encoded
+from devices.languages.escpos import EscPos
 from devices.languages.pbm import Pbm
-from halftone.errors import InputFileError, UsageError
+from halftone.errors import InputFileError, OutputError, UsageError
 from tests.devices.languages.contract import frame_of
 from tests.devices.simulated import Clock, Gone, Hold, Say, Scripted, Stall, Take
 
@@ -148,6 +151,8 @@ def test_a_page_that_fails_on_the_way_leaves_a_complete_command():
         (frame_of(picture(2, 577)), {}, "577 dots wide and 'receipt-80mm' has 576"),
         (frame_of(picture(2), levels=4), {}, "4 levels"),
         (frame_of(picture(2)), {"copies": 0}, "copies"),
+        (frame_of(picture(2)), {"density": 3.5}, "an integer"),
+        (np.zeros((2, 2)), {"methud": "fs"}, "Did you mean method"),
         (frame_of(picture(2)), {"density": 3}, "no density"),
         (frame_of(picture(2)), {"cut": True}, "no command for it"),
         (frame_of(picture(2)), {"method": "fs"}, "halftoned already"),
@@ -158,6 +163,15 @@ def test_what_cannot_be_is_refused_before_a_byte_is_sent(frame, options, word):
     with open_device("pbm+mem:", "receipt-80mm") as made:
         with pytest.raises(UsageError, match=word):
             made.print(frame, **options)
+        assert made.transport.data == b""
+
+
+def test_nothing_and_the_same_bands_twice():
+    with open_device("pbm+mem:", "generic-1bit") as made:
+        bands = frame_of(picture(2)).bands()
+        for pictures, word in (((), "nothing to print"), ((bands, bands), "given twice")):
+            with pytest.raises(UsageError, match=word):
+                made.print(*pictures)
         assert made.transport.data == b""
 
 
@@ -176,3 +190,120 @@ def test_a_picture_is_halftoned_for_the_device(photograph):
     assert report.rows_accepted == 383
     assert 0.2 < shown.indices.mean() < 0.8
     assert "scaled" in report.pictures[0]["notes"][0]
+
+
+def asking() -> EscPos:
+    return EscPos(feed=0)
+
+
+def test_no_paper_that_is_said_once_holds_until_the_device_says_that_it_is_mended():
+    """ESC/POS's automatic status comes once; the deadline is then that of a fault, not of silence."""
+    empty, well = bytes([0x10, 0, 0x0C, 0]), bytes([0x10, 0, 0, 0])
+    script = [Take(1 << 20), Say(b"\x12\x12\x12\x12"), Take(40), Say(empty[:2]), Hold(2), Say(empty[2:])]
+    told = []
+    made, _, _ = device([*script, Hold(70), Say(well), Hold(5)], asking())
+    report = made.print(frame_of(picture(200)), notify=told.append)
+    assert [str(status) for status in told][-2:] == ["no paper", "ready"]
+    assert report.completed
+    assert report.waited > 60
+    assert len(told) == 2
+
+
+def test_the_question_is_not_put_to_a_device_that_takes_nothing():
+    made, transport, clock = device([], asking())
+    transport.until, transport.reasons = 1e9, ("media-empty-error",)
+    assert made.status() == Status.of("media-empty-error")
+    assert (clock.now, transport.got) == (0, b"")
+
+
+def test_a_cancel_is_heard_while_the_device_takes_nothing():
+    made, _, clock = device([Hold(1e9)], asking())
+    report = made.print(frame_of(picture(5)), cancel=lambda: clock.now > 5)
+    assert (report.cancelled, report.bytes_accepted) == (True, 0)
+    assert clock.now < 10
+
+
+def test_silence_after_no_paper_does_not_say_that_it_is_mended():
+    class Answers(Scripted):
+        def write(self, data, timeout):
+            if not self.got:
+                self.waiting = b"\x12\x12\x12\x72"  # to the first question, and to no more
+            return super().write(data, timeout) if self.got else len(self.got.__iadd__(data))
+
+    clock = Clock()
+    made = Device(
+        Answers([], clock), asking(), PROFILE, patience=PATIENCE, clock=clock, asleep=clock.sleep
+    )
+    with pytest.raises(DeviceStateError) as caught:
+        made.print(frame_of(picture(5)))
+    assert caught.value.reasons == {"media-empty-error"}
+    assert clock.now == pytest.approx(PATIENCE.fault, abs=10)
+
+
+def test_a_broken_transport_is_not_written_to_again():
+    class Full(Scripted):
+        def write(self, data, timeout):
+            if self.got:
+                self.dead = True
+                raise OutputError("the disk is full")
+            return super().write(data[:100], timeout)
+
+    clock = Clock()
+    made = Device(Full([], clock), Pbm(), PROFILE, patience=PATIENCE, clock=clock, asleep=clock.sleep)
+    with pytest.raises(OutputError):
+        made.print(frame_of(picture(50)))
+    assert (made.report.bytes_accepted, made.report.completed) == (100, False)
+
+
+def test_the_page_before_a_bad_one_is_printed_whole():
+    def bad():
+        raise InputFileError("no picture")
+
+    for language, name in (("brother-ql", "brother-ql-62mm"), ("dymo", "dymo-lw-450")):
+        with open_device(f"{language}+mem:", name) as made:
+            with pytest.raises(InputFileError):
+                made.print(frame_of(picture(400), dpi=(300.0, 300.0)), bad)
+            (shown,) = made.language.decode(made.transport.data)
+        np.testing.assert_array_equal(shown.indices[:, :61], picture(400))
+        assert made.report.pages_accepted == 1
+
+
+def test_what_cannot_be_patience():
+    for name, value in (
+        ("stall", float("nan")),
+        ("fault", -1),
+        ("answer", float("inf")),
+        ("finish", "3"),
+    ):
+        with pytest.raises(UsageError, match=name):
+            Patience(**{name: value})
+
+
+def test_a_closed_device():
+    made = open_device("pbm+mem:", "generic-1bit")
+    made.close()
+    for call in (made.status, lambda: made.print(frame_of(picture(3)))):
+        with pytest.raises(UsageError, match="closed"):
+            call()
+
+
+def test_an_empty_file_stays_away(tmp_path):
+    """What is opened and not printed to leaves the file that was there."""
+    path = tmp_path / "keep.bin"
+    path.write_bytes(b"precious")
+    with open_device(f"pbm+file:{path}", "generic-1bit"):
+        pass
+    with pytest.raises(UsageError), open_device(f"pbm+file:{path}", "generic-1bit") as made:
+        made.print(frame_of(picture(3)), density=5)
+    assert path.read_bytes() == b"precious"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_files_are_closed_when_printing_fails(tmp_path):
+    """Also while the error is still looked at."""
+    frame_of(picture(3000, 600)).save(tmp_path / "in.pbm")
+    made, _, _ = device([Take(100), Gone()])
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    with pytest.raises(DisconnectedError):
+        made.print(tmp_path / "in.pbm")
+    assert len(list(Path("/proc/self/fd").iterdir())) == before

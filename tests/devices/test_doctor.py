@@ -173,8 +173,3 @@ def test_nothing_to_examine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert [each.ok for each in examine("mem:", tmp_path)] == [True]
     with pytest.raises(UsageError):
         examine("nonsense", tmp_path)
-
-
-def test_a_finding_as_lines() -> None:
-    assert str(Finding("this", False, "do\nthat")) == "PROBLEM this\n        do\n        that"
-    assert str(Finding("this")) == "ok      this"
