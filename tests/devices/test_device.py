@@ -62,7 +62,7 @@ def expected(script, ending) -> set[type[PrintError]]:
             silent += 0.6
         elif isinstance(step, Hold):
             stops = any(reason.endswith("-error") for reason in step.reasons)
-            silent = 0.0 if stops else silent + step.seconds
+            silent += 0.0 if stops else step.seconds  # a short stop may pass unseen
             named += step.seconds if stops else 0.0
         if silent >= PATIENCE.stall - 1:
             kinds.add(DeviceTimeoutError)

@@ -222,6 +222,9 @@ def test_a_metre_of_a_roll_takes_the_memory_of_a_band():
             yield np.full((1, 87), 0xA5, np.uint8)
 
     page = Page(696, 11_811, bands(), Levels.of(2), DPI)
+    contract.stream(
+        BrotherQl(compress=True), np.eye(9, dtype=np.uint8), dpi=DPI
+    )  # the kernel is loaded now
     tracemalloc.start()
     try:
         sent = 0

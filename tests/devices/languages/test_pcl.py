@@ -215,6 +215,7 @@ def test_a4_at_1200_dpi_takes_the_memory_of_a_band():
             yield some
 
     page = Page(width, height, bands(), Levels.of(2), (1200.0, 1200.0))
+    contract.stream(Pcl(), np.eye(9, dtype=np.uint8), dpi=(1200.0, 1200.0))  # the kernels are loaded now
     tracemalloc.start()
     try:
         sent = 0

@@ -50,7 +50,7 @@ def push(transport: UsbTransport, data: bytes, clock: Clock) -> tuple[int, str]:
             count = transport.write(view[done:], 0.5)
             assert 0 <= count <= transport.chunk
             if count == 0:
-                assert clock() - before >= 0.5, "0 is returned only after the time"
+                assert clock() - before >= 0.5 - 1e-9, "0 is returned only after the time"
             done += count
             moved = clock() if count else moved
             if clock() - moved > PATIENCE:
