@@ -16,6 +16,7 @@ from typing import Any
 
 from halftone.errors import DeviceNotFoundError, UsageError, near
 from halftone.packing import Packing
+from halftone.tone.dotgain import DotModel
 from halftone.tone.levels import Levels
 
 __all__ = ["DeviceProfile", "folders", "load", "names"]
@@ -89,8 +90,8 @@ class DeviceProfile:
             raise UsageError("give both dot_x and dot_y, or neither")
         for name in ("dot_x", "dot_y"):
             value = getattr(self, name)
-            if value is not None and not 0.1 <= value <= 4:
-                raise UsageError(f"{name} = {value}; allowed: 0.1 … 4 dots")
+            if value is not None and not 0.1 <= value <= 3:
+                raise UsageError(f"{name} = {value}; allowed: 0.1 … 3 dots")
         if self.options and self.language is None:
             raise UsageError("options are given and no language")
 
@@ -109,6 +110,13 @@ class DeviceProfile:
         if self.dpi_x is None or self.dpi_y is None:
             return None
         return self.dpi_x, self.dpi_y
+
+    @property
+    def dot(self) -> DotModel | None:
+        """The printed dot, or None where nobody has measured or assumed one."""
+        if self.dot_x is None or self.dot_y is None:
+            return None
+        return DotModel(self.dot_x, self.dot_y)
 
     @property
     def method(self) -> str | None:

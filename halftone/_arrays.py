@@ -240,7 +240,7 @@ def shortest(value: float) -> str:
     return text if float(text) == value else repr(float(value))
 
 
-def mapped(table: NDArray[Any], indices: NDArray[np.uint8]) -> NDArray[Any]:
+def mapped(table: NDArray[Any], indices: NDArray[np.unsignedinteger[Any]]) -> NDArray[Any]:
     """table[indices], by bands: NumPy widens the indices to 8 bytes a pixel."""
     out = np.empty(indices.shape, table.dtype)
     for start in range(0, indices.shape[0], BAND_ROWS):
