@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from types import FrameType, ModuleType
 from typing import Any, TypeVar
 
-__all__ = ["interrupted", "interruptible", "listen", "our_devices", "profile", "quiet_libraries"]
+__all__ = ["Flag", "interrupted", "interruptible", "listen", "our_devices", "profile", "quiet_libraries"]
 
 T = TypeVar("T")
 
@@ -19,8 +19,22 @@ PATIENCE = 0.06
 """Seconds that work may take to end by itself after Ctrl-C."""
 
 
-_heard = threading.Event()
-_ending = threading.Event()
+class Flag:
+    """Raised once and for all. A signal's handler may raise it at any moment: an Event's lock may just
+    be held by the code that the signal interrupts, or by the same handler of a signal before."""
+
+    def __init__(self) -> None:
+        self.raised = False
+
+    def set(self) -> None:
+        self.raised = True
+
+    def is_set(self) -> bool:
+        return self.raised
+
+
+_heard = Flag()
+_ending = Flag()
 
 
 def listen() -> None:

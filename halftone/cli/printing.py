@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, cast
 
+from halftone.cli.console import Flag
 from halftone.cli.picture import recipe, recipe_arguments, same_file
 from halftone.errors import UsageError
 
@@ -126,7 +127,7 @@ def _print(options: argparse.Namespace, made: Any, bar: Any) -> int:
         device = open_device(_uri(options, made.profile), made.profile, options=extra, patience=patience)
         device.record = dump
         progress = bar.file(names[0] if len(names) == 1 else f"{len(names)} pictures")
-        cancelled = threading.Event()
+        cancelled = Flag()
         try:
             with device:
                 _patiently(lambda: _job(device, made, options, progress, cancelled), cancelled)
@@ -209,7 +210,7 @@ def _tell(report: Any, options: argparse.Namespace) -> None:
         _say(f"{report}" + (f" to {options.to}" if options.to else ""))
 
 
-def _patiently(job: Callable[[], None], cancelled: threading.Event) -> None:
+def _patiently(job: Callable[[], None], cancelled: Flag) -> None:
     """job(), which Ctrl-C and SIGTERM ask to complete its open command and to end; a second Ctrl-C ends
     it at once."""
     from halftone.cli.console import interrupted
