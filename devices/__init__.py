@@ -12,8 +12,12 @@ __halftone__ = True
 
 _PUBLIC = {
     "Device": "devices.device",
+    "FrameBuffer": "devices.framebuffer",
+    "LinuxFrameBuffer": "devices.fbdev",
+    "Paper": "devices.paper",
     "DeviceProfile": "devices.profile",
     "Patience": "devices.sending",
+    "Preview": "devices.preview",
     "PrintReport": "devices.device",
     "Status": "devices.status",
     "decode": "devices.decoding",

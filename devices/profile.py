@@ -11,6 +11,7 @@ import os
 import tomllib
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,9 @@ class DeviceProfile:
     cut : whether it cuts the paper after a page unless told otherwise.
     dot_x, dot_y : measured diameter of a printed dot across and down, in dots (1 touches its
     neighbours); None where nobody has measured.
+    measured : pairs of the luminance that dots and levels predict and the one that was measured, both
+    rising (``halftone calibrate``), or None.
+    glass : for panels, the keys of :class:`devices.glass.Glass`.
     """
 
     name: str
@@ -62,6 +66,8 @@ class DeviceProfile:
     cut: bool = False
     dot_x: float | None = None
     dot_y: float | None = None
+    measured: tuple[tuple[float, float], ...] | None = None
+    glass: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         try:
@@ -92,8 +98,23 @@ class DeviceProfile:
             value = getattr(self, name)
             if value is not None and not 0.1 <= value <= 3:
                 raise UsageError(f"{name} = {value}; allowed: 0.1 … 3 dots")
+        if self.measured is not None:
+            self._check_measured(self.measured)
+        if self.glass:
+            from devices.glass import Glass
+
+            Glass.of(self.glass)
         if self.options and self.language is None:
             raise UsageError("options are given and no language")
+
+    def _check_measured(self, pairs: tuple[tuple[float, float], ...]) -> None:
+        if self.dot is None:
+            raise UsageError("measured is given and no dot_x and dot_y, from which it says what differs")
+        rising = all(a[0] < b[0] and a[1] < b[1] for a, b in pairwise(pairs))
+        if len(pairs) < 2 or not rising or not all(0 <= v <= 2 for pair in pairs for v in pair):
+            raise UsageError(
+                "measured: allowed are two or more pairs [predicted, measured luminance], both rising"
+            )
 
     @cached_property
     def levels(self) -> Levels:
@@ -110,6 +131,15 @@ class DeviceProfile:
         if self.dpi_x is None or self.dpi_y is None:
             return None
         return self.dpi_x, self.dpi_y
+
+    @property
+    def note(self) -> str | None:
+        """What is said aloud of every picture for it."""
+        if "palette" not in self.glass:
+            return None
+        return (
+            f"of the colours of '{self.name}' only black and white are used: no method is for palettes"
+        )
 
     @property
     def dot(self) -> DotModel | None:
@@ -191,6 +221,8 @@ def _checked(path: Path, key: str, value: Any, annotation: str) -> Any:
     if annotation.startswith("dict") and isinstance(value, dict):
         return value
     kinds: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (float, int)}
+    if annotation.startswith("tuple[tuple") and isinstance(value, tuple):
+        return _pairs(path, key, value)
     allowed = tuple(t for part in annotation.split(" | ") for t in kinds.get(part, ()))
     number: Any = int if "tuple[int" in annotation else (int, float)
     numbers = isinstance(value, tuple) and all(
@@ -204,3 +236,14 @@ def _checked(path: Path, key: str, value: Any, annotation: str) -> Any:
         kind = kind.replace("bool", "true, false").replace("dict[str, Any]", "a table")
         raise UsageError(f"profile '{path}': {key} = {value!r}; allowed: {kind}")
     return value
+
+
+def _pairs(path: Path, key: str, value: tuple[Any, ...]) -> tuple[tuple[float, float], ...]:
+    """A list of lists of two numbers, as tuples."""
+    for pair in value:
+        numbers = isinstance(pair, list) and all(
+            isinstance(v, int | float) and not isinstance(v, bool) for v in pair
+        )
+        if not numbers or len(pair) != 2:
+            raise UsageError(f"profile '{path}': {key} holds {pair!r}; allowed: [number, number]")
+    return tuple((float(a), float(b)) for a, b in value)

@@ -53,18 +53,18 @@ def directory() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "halftone"
 
 
-def files() -> list[Path]:
-    """All cached kernels, of this and of other versions."""
+def files(suffix: str = _SUFFIX) -> list[Path]:
+    """All cached kernels, of this and of other versions; or what else is kept, by its *suffix*."""
     try:
-        return sorted(directory().glob("*" + _SUFFIX))
+        return sorted(directory().glob("*" + suffix))
     except OSError:
         return []
 
 
 def clear() -> int:
-    """Delete all cached kernels; returns how many there were."""
+    """Delete all cached kernels, and print curves; returns how many kernels there were."""
     found = files()
-    for path in found:
+    for path in [*found, *files(".curve")]:
         path.unlink(missing_ok=True)
     return len(found)
 

@@ -139,6 +139,7 @@ def convert(
     invert: bool = False,
     background: str | float = "white",
     range: str = "clip",
+    dot_gain: str = "correct",
     nonfinite: str = "error",
     serpentine: bool | None = None,
     strength: float | None = None,
@@ -156,11 +157,14 @@ def convert(
     width, height, fit : the size in dots. With both, ``contain`` (over the background), ``cover``
     or ``stretch``; with one, the other follows; with neither, the device's, or the picture's own.
     brightness, contrast : −1 … 1. auto_levels : darkest and lightest 0.5 % to black and white.
-    invert : white less the light. All other parameters are those of :func:`dither`.
+    invert : white less the light.
+    dot_gain : ``correct`` asks the method for the light whose print has the luminance meant, by the
+    profile's dot model (:mod:`halftone.flatfield`); ``keep`` prints darker, as dots are larger than
+    their cells. All other parameters are those of :func:`dither`.
 
     Everything is done in linear light: decode, alpha over the background, luminance, resize,
-    auto-levels, brightness, contrast, invert, range, dither. To convert many pictures alike, make a
-    :class:`Recipe` once.
+    auto-levels, brightness, contrast, invert, range, dot gain, dither. To convert many pictures
+    alike, make a :class:`Recipe` once.
     """
     recipe = Recipe(
         profile=profile,
@@ -178,6 +182,7 @@ def convert(
         invert=invert,
         background=background,
         range=range,
+        dot_gain=dot_gain,
         nonfinite=nonfinite,
         serpentine=serpentine,
         strength=strength,

@@ -1,6 +1,6 @@
 """A recipe: what is done to a picture, checked once, for as many pictures as there are.
 
-read → light → place (resize) → adjust → range → dither.
+read → light → place (resize) → adjust → range → tone (dot gain) → dither.
 """
 
 from __future__ import annotations
@@ -24,18 +24,21 @@ from halftone._arrays import (
     check_policy,
     whole,
 )
+from halftone._parallel import bands as rows_of
 from halftone._parallel import count_workers
 from halftone.dithering.base import Method
 from halftone.dithering.registry import method as find_method
 from halftone.errors import UsageError, near
+from halftone.flatfield import print_curve
 from halftone.frame import Bands, Frame
 from halftone.images.read import DEFAULT_LIMIT, read_picture
 from halftone.images.rows import LOOK_BACK, piece_rows
 from halftone.packing import Packing
 from halftone.stages import Halftoning, Report, background_light, check_memory, decoded, light_of
 from halftone.tone import adjust
+from halftone.tone.dotgain import DotModel
 from halftone.tone.levels import Levels
-from halftone.tone.range import check_rule
+from halftone.tone.range import bring_into_range, check_rule
 from halftone.tone.transfer import encoding as find_encoding
 
 __all__ = ["DEFAULT_METHOD", "Profile", "Recipe"]
@@ -48,11 +51,20 @@ CONTENTS = {
     "photo": "photographs: the device's method, or the default",
 }
 
+DOT_GAIN = {
+    "correct": "what is printed has the luminance asked for, by the device's dot model",
+    "keep": "printed dots make the picture as dark as they do",
+}
+
 Progress = Callable[[float], None]
 
 
 class Profile(Protocol):
-    """What the pipeline asks of a device."""
+    """What the pipeline asks of a device.
+
+    It may also have ``dot``, a :class:`halftone.tone.dotgain.DotModel`, and ``measured``, pairs of
+    predicted and measured luminance, both rising; a profile without them prints as it prints.
+    """
 
     @property
     def name(self) -> str: ...
@@ -89,6 +101,7 @@ class Recipe:
     invert: bool = False
     background: str | float = "white"
     range: str = "clip"
+    dot_gain: str = "correct"
     nonfinite: str = "error"
     serpentine: bool | None = None
     strength: float | None = None
@@ -121,6 +134,8 @@ class Recipe:
             if sized is None or sized.width is None or sized.height is None:
                 raise UsageError(f"fit '{self.fit}' needs both a width and a height (--size WxH)")
         check_rule(self.range)
+        if self.dot_gain not in DOT_GAIN:
+            raise UsageError(near(str(self.dot_gain), DOT_GAIN, "dot gain"))
         check_policy(self.nonfinite)
         count_workers(self.workers)
         chosen = configured(spec, self.serpentine, self.strength, self.seed)
@@ -178,10 +193,29 @@ class Recipe:
         text, dpi = self._method.text(), work.dpi
         return Bands(shape, parts, self._ladder, text, dpi, self._packing, report.as_dict())
 
+    def light(self, picture: Any) -> Light:
+        """What is asked of the device: light (M, N) at its size, adjusted and in the range of its
+        levels, before dot gain is corrected and before it is halftoned."""
+        unset: dict[str, Any] = dict.fromkeys(("serpentine", "strength", "seed"))  # "none" has none
+        plain = replace(self, method="none", content=None, dot_gain="keep", **unset)
+        with ExitStack() as files:
+            work, shape = plain._prepared(picture, Report(), files, whole=True)
+            need = 4 * shape[0] * shape[1]
+            check_memory(need, self.max_memory, f"the light of {shape[1]} × {shape[0]} dots")
+            ladder = self.ladder
+            source = bring_into_range(work.source, ladder.darkest, ladder.lightest, self.range)
+            light = np.empty(shape, np.float32)
+            for start, stop in rows_of(shape[0], BAND_ROWS):
+                light[start:stop] = source.band(start, stop)
+        return light
+
     def _prepared(
         self, picture: Any, report: Report, files: ExitStack, whole: bool
     ) -> tuple[Halftoning, tuple[int, int]]:
         """All but the halftoning, and (rows, columns) of the frame, of which *whole* may be held."""
+        note = getattr(self.profile, "note", None)
+        if note:
+            report.notes.append(note)
         source = check_finite(self._source(picture, report, files), self.nonfinite)
         width, height = self._target(source, whole)
         source = self._placed(source, (width, height), report)
@@ -193,8 +227,40 @@ class Recipe:
         else:
             report.leave_out("adjust", "no brightness, contrast, levels or invert was asked for")
         dpi = None if self.profile is None else self.profile.dpi
-        work = Halftoning(source, self._method, self._ladder, self.range, self.workers, report, dpi)
+        source, rule = self._toned(source, report)
+        work = Halftoning(source, self._method, self._ladder, rule, self.workers, report, dpi)
         return work, (height, width)
+
+    def _toned(self, source: Source, report: Report) -> tuple[Source, str]:
+        """Light to ask for, so that the print has the light of *source*; and the range rule that is
+        left to do: all light is within the range when it has been corrected."""
+        profile, why = self.profile, ""
+        dot: DotModel | None = getattr(profile, "dot", None)
+        if self.dot_gain == "keep":
+            why = "dot gain is kept, as was asked for"
+        elif profile is None or dot is None:
+            why = "no device was chosen whose printed dots are known"
+        elif len(self._ladder) > 2:
+            why = f"the device has {len(self._ladder)} levels; printed dots are known for two"
+        if profile is None or dot is None or why:
+            report.leave_out("tone", why)
+            return source, self.range
+        with report.stage("tone", dot=[dot.across, dot.down], range=self.range) as entry:
+            measured = getattr(profile, "measured", None)
+            curve = print_curve(self._method, self._ladder, dot, profile.dpi, measured)
+            entry.update(curve=curve.origin, printed=[curve.darkest, curve.lightest])
+            if curve.has_tones:
+                source = bring_into_range(source, curve.darkest, curve.lightest, self.range)
+                source = source.then(curve.inverse)
+        if not curve.has_tones:
+            report.stages.remove(entry)
+            report.leave_out("tone", f"'{self._method.text()}' prints no tone between ink and paper")
+            return source, self.range
+        if not curve.rising:
+            entry["falls"] = curve.falls
+        if curve.note:
+            report.notes.append(curve.note)
+        return source, "clip"
 
     @property
     def _packing(self) -> Packing | None:

@@ -20,7 +20,8 @@ ARROWS = {
     "frame": CELLAR | {"packing", "tone", "images"},
     "images": CELLAR | {"packing", "tone"},
     "stages": CELLAR | LOW | {"images", "dithering", "frame"},
-    "recipe": CELLAR | LOW | {"images", "dithering", "frame", "stages"},
+    "flatfield": CELLAR | {"tone", "screens", "dithering", "stages"},
+    "recipe": CELLAR | LOW | {"images", "dithering", "frame", "stages", "flatfield"},
     "pipeline": CELLAR | {"recipe", "stages"} | LOW | {"images", "screens", "dithering", "frame"},
     "devices": CELLAR | LOW | {"images", "recipe", "pipeline", "frame"},
 }

@@ -17,12 +17,14 @@ __all__ = ["main"]
 
 _COMMANDS = {
     "convert": "pictures to what a device can show, as PNG, PBM, PGM, TIFF or packed bytes",
+    "preview": "the picture asked for, the dots sent and what would be seen, side by side",
     "print": "pictures to a printer, or to what it would get",
     "render": "a scene, or a bare mesh, straight to what a device can show",
     "plan": "which stages rendering a scene takes, which it leaves out, and why",
     "demo": "one strip: a photograph and what five limited devices show of it",
     "list": "methods, devices, encodings and level ladders",
     "decode": "the bytes of a print job back to pictures",
+    "calibrate": "a printer's tone: print a step chart, read it, keep what it says",
     "devices": "printers that are there: list, info, languages, status, doctor",
     "cache": "the compiled kernels kept for this user: warm, info, clear",
 }

@@ -29,8 +29,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("output")
     add = group.add_argument
     add("--format", metavar="F", help="png, pbm, pgm, tiff, raw; default: by OUT's ending, else png")
-    add("--upscale", type=int, default=1, metavar="N", help="every pixel as N × N")
-    add("--preview", action="store_true", help="write what the device will show, as an 8-bit PNG")
+    add("--upscale", type=int, metavar="N", help="every pixel as N × N")
+    add(
+        "--preview",
+        action="store_true",
+        help="write a PNG of the picture asked for, the dots sent and what is seen, side by side, "
+        "--upscale pixels a dot (halftone preview has more options)",
+    )
     add("--no-overwrite", action="store_true", help="refuse to replace a file")
     add("--json", action="store_true", help="say what was done, stage by stage, with seconds")
     add("-j", "--jobs", type=int, default=1, metavar="N", help="threads; 0 is one per processor")
@@ -47,14 +52,17 @@ def run(options: argparse.Namespace) -> int:
     """Convert all inputs; a bad one is named and the others are still converted."""
     from halftone._arrays import whole
     from halftone._parallel import count_workers
-    from halftone.cli.console import interruptible, quiet_libraries
+    from halftone.cli.console import interruptible, our_devices, quiet_libraries
     from halftone.cli.progress import Bar
     from halftone.errors import UsageError
 
     if len(options.paths) < 2:
         raise UsageError(f"only '{options.paths[0]}' was named; give one or more IN, and OUT")
     *options.inputs, options.output = options.paths
-    whole("upscale", options.upscale, 1, 256)
+    if options.upscale is not None:
+        whole("upscale", options.upscale, 1, 256)
+    if options.preview:
+        our_devices()
     made = recipe(options, sources=len(options.inputs))
     tasks = _tasks(options)
     _check_levels(made, tasks, options)
@@ -113,8 +121,8 @@ def _one(task: _Task, options: argparse.Namespace, recipe: Any, bar: Any) -> dic
     result: dict[str, Any] = {"input": task.source, "output": task.target}
     start = time.perf_counter()
     try:
-        bands = recipe.bands(task.source, bar.file(task.source))
-        _write(bands, task, options, recipe.max_memory)
+        work = _preview if options.preview else _convert
+        bands = work(recipe, task, options, bar.file(task.source))
         result |= {
             "width": bands.shape[1],
             "height": bands.shape[0],
@@ -132,22 +140,37 @@ def _one(task: _Task, options: argparse.Namespace, recipe: Any, bar: Any) -> dic
     return result
 
 
-def _write(bands: Any, task: _Task, options: argparse.Namespace, limit: int) -> None:
+def _convert(recipe: Any, task: _Task, options: argparse.Namespace, progress: Any) -> Any:
+    """What the device gets, written band by band; the bands, whose report is then complete."""
     from halftone.frame import UPSCALED
-    from halftone.images.write import write
     from halftone.stages import check_memory
 
-    factor = options.upscale
+    bands = recipe.bands(task.source, progress)
+    factor = options.upscale or 1
     large = bands.upscaled(factor)
     if factor > 1:
         height, width = large.shape
         held = min(height, max(factor, UPSCALED // width)) * width
-        check_memory(3 * held, limit, f"every pixel as {factor} × {factor}")
+        check_memory(3 * held, recipe.max_memory, f"every pixel as {factor} × {factor}")
+    _write(large, task, options)
+    return bands
+
+
+def _preview(recipe: Any, task: _Task, options: argparse.Namespace, progress: Any) -> Any:
+    """The picture asked for, the dots sent and what is seen; the dots."""
+    from devices.preview import DISTANCE, preview_of
+
+    preview = preview_of(recipe, task.source, DISTANCE, progress)
+    _write(preview.bands(options.upscale), task, options)
+    return preview.sent
+
+
+def _write(bands: Any, task: _Task, options: argparse.Namespace) -> None:
+    from halftone.images.write import write
+
     stages = bands.report["stages"]
     start, others = time.perf_counter(), sum(s["seconds"] for s in stages)
-    size = write(
-        large, task.target, options.format, overwrite=not options.no_overwrite, preview=options.preview
-    )
+    size = write(bands, task.target, options.format, overwrite=not options.no_overwrite)
     others -= sum(s["seconds"] for s in stages)
     spent = max(0.0, time.perf_counter() - start + others)
     stages.append({"stage": "write", "bytes": size, "seconds": round(spent, 6)})
@@ -155,15 +178,14 @@ def _write(bands: Any, task: _Task, options: argparse.Namespace, limit: int) -> 
 
 def _tasks(options: argparse.Namespace) -> list[_Task]:
     """Input and output paths; everything that is wrong with them is said before any work."""
+    from halftone.cli.preview import check_png
     from halftone.errors import OutputError, UsageError
     from halftone.images.write import format_of
 
     inputs, output = options.inputs, options.output
     to_folder = len(inputs) > 1 or output.endswith("/") or os.path.isdir(output)
     if options.preview:
-        kind = format_of(output if not to_folder else "x.png", options.format)
-        if kind != "png":
-            raise UsageError(f"a preview is a PNG, not {kind}; name OUT.png or leave --format out")
+        check_png("-" if to_folder else output, options.format)
     if not to_folder:
         format_of(output, options.format)
         if output != "-" and inputs[0] != "-" and same_file(inputs[0], output):

@@ -37,6 +37,13 @@ def recipe_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RULE",
         help="light beyond the levels: clip, scale, compress",
     )
+    add(
+        "--dot-gain",
+        choices=("correct", "keep"),
+        default="correct",
+        help="correct for printed dots that are larger than their cells, or keep them dark "
+        "(default correct, where the device's dots are known)",
+    )
     group = parser.add_argument_group("the picture")
     add = group.add_argument
     add("--encoding", metavar="E", help="what its codes mean: srgb, bt709, gamma:G, linear")
@@ -90,6 +97,7 @@ def recipe(options: argparse.Namespace, *, sources: int) -> Any:
         invert=options.invert,
         background=options.background,
         range=options.range,
+        dot_gain=options.dot_gain,
         nonfinite=options.nonfinite,
         serpentine=options.serpentine,
         strength=options.strength,

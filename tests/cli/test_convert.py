@@ -87,12 +87,19 @@ def test_gamma_is_the_response_of_the_device(gray: Path, tmp_path: Path) -> None
     assert "gamma" in line
 
 
-def test_a_preview_is_an_8_bit_gray_png_of_the_same_light(gray: Path, tmp_path: Path) -> None:
-    levels = ("-l", "0.1,0.4,0.9")
+def test_a_preview_is_three_panels_of_which_the_second_is_what_is_sent(
+    gray: Path, tmp_path: Path
+) -> None:
+    levels = ("-l", "0.1,0.4,0.9", "--upscale", "2")
     assert run("convert", gray, tmp_path / "out.png", *levels).code == 0
     assert run("convert", gray, tmp_path / "preview.png", *levels, "--preview").code == 0
-    assert header_of((tmp_path / "preview.png").read_bytes()) == (41, 24, 8, 0)
-    assert np.array_equal(decoded(tmp_path / "preview.png"), decoded(tmp_path / "out.png"))
+    assert header_of((tmp_path / "preview.png").read_bytes()) == (3 * 82 + 8, 48, 8, 0)
+    panels = decoded(tmp_path / "preview.png")
+    sent = decoded(tmp_path / "out.png")
+    assert np.array_equal(panels[:, 86:168], sent)
+    assert np.array_equal(panels[:, 172:], sent)  # no device: seen as sent
+    asked = np.clip(light_of(GRAY), 0.1, 0.9).repeat(2, axis=0).repeat(2, axis=1)
+    assert np.abs(panels[:, :82] - asked).max() < 0.006
 
 
 def test_a_preview_is_a_png_only(gray: Path, tmp_path: Path) -> None:
@@ -112,9 +119,9 @@ def test_a_preview_is_a_png_only(gray: Path, tmp_path: Path) -> None:
 def test_a_device_gives_levels_and_size(
     device: str, levels: str, size: tuple[int, int], gray: Path, tmp_path: Path
 ) -> None:
-    assert run("convert", gray, tmp_path / "d.png", "-d", device, "-q", "--preview").code == 0
+    assert run("convert", gray, tmp_path / "d.png", "-d", device, "-q").code == 0
     box = ("--size", f"{size[0]}x{size[1]}")
-    assert run("convert", gray, tmp_path / "l.png", "-l", levels, *box, "--preview").code == 0
+    assert run("convert", gray, tmp_path / "l.png", "-l", levels, *box).code == 0
     assert np.array_equal(shown(tmp_path / "d.png"), shown(tmp_path / "l.png"))
     assert shown(tmp_path / "d.png").shape == size[::-1]
 

@@ -60,9 +60,11 @@ def test_stdin_into_a_folder(gray: Path, tmp_path: Path) -> None:
 
 
 def test_a_preview_goes_to_stdout(gray: Path) -> None:
-    piped = run("convert", gray, "-", "--preview", "-l", "0.1,0.9")
-    assert header_of(piped.out) == (41, 24, 8, 0)
-    assert set(np.unique(shown(piped.out))) == {89, 243}  # sRGB codes of .1 and .9
+    piped = run(
+        "convert", "-", "-", "--preview", "-l", "0.1,0.9", "--upscale", "1", input=gray.read_bytes()
+    )
+    assert header_of(piped.out) == (3 * 41 + 8, 24, 8, 0)
+    assert set(np.unique(shown(piped.out)[:, 45:86])) == {89, 243}  # sRGB codes of .1 and .9
 
 
 @pytest.mark.parametrize(

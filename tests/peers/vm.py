@@ -22,14 +22,15 @@ __all__ = ["run"]
 
 ROOT = Path(__file__).parent.parent.parent
 SHARED = ["virtio_pci", "9pnet_virtio", "9p", "overlay"]
-MODULES = [*SHARED, "configfs", "dummy_hcd", "libcomposite", "usb_f_printer", "usb_f_fs", "usblp"]
+MODULES = [*SHARED, "configfs", "dummy_hcd", "libcomposite", "usb_f_printer", "usb_f_fs", "usblp", "vfb"]
 INIT = """#!/bin/busybox sh
 bb=/bin/busybox
 $bb mount -t proc proc /proc
 $bb mount -t sysfs sys /sys
 $bb mount -t devtmpfs dev /dev
 for module in $($bb cat /modules/order); do
-    $bb insmod /modules/$module || echo "insmod $module failed" > /dev/ttyS1
+    options=; [ $module = vfb.ko ] && options=vfb_enable=1
+    $bb insmod /modules/$module $options || echo "insmod $module failed" > /dev/ttyS1
 done
 $bb mount -t configfs config /sys/kernel/config
 $bb mount -t 9p -o trans=virtio,version=9p2000.L,msize=512000,cache=loose,ro host /lower
