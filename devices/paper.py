@@ -18,7 +18,7 @@ from devices.eye import FURTHEST, at_distance, point_spread, spread_by, with_con
 from halftone._arrays import whole
 from halftone.errors import InputError, UsageError
 from halftone.frame import Bands, Frame
-from halftone.tone.dotgain import DotModel
+from halftone.tone.dotgain import DotModel, neighbourhoods
 from halftone.tone.levels import Levels
 from halftone.tone.transfer import encoding
 
@@ -132,7 +132,7 @@ class Paper:
         """Neighbourhood codes of rows, and which of them are to be shown; the others are context."""
         reach = 1 if self._measured is None else PATCH + 1
         windows = with_context(_pieces(picture, scale), reach)
-        return ((_codes(rows), first, last) for rows, first, last in windows)
+        return ((neighbourhoods(np.pad(rows, 1)), first, last) for rows, first, last in windows)
 
     def _between(self, areas: NDArray[Any]) -> NDArray[np.float64]:
         """Light where ink covers *areas*."""
@@ -233,13 +233,6 @@ def _cut(parts: Iterable[Indices], rows: int) -> Iterator[NDArray[np.uint16]]:
             if indices.max() > 1:
                 raise InputError(f"level index {indices.max()}; allowed: 0 = ink, 1 = paper")
             yield (indices == 0).astype(np.uint16)
-
-
-def _codes(ink: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    """Codes of the 3 × 3 neighbourhoods as in :attr:`DotModel.table`; around the rows is paper."""
-    ink = np.pad(ink, 1)
-    three = ink[:, :-2] | ink[:, 1:-1] << 1 | ink[:, 2:] << 2
-    return np.asarray(three[:-2] | three[1:-1] << 3 | three[2:] << 6, np.uint16)
 
 
 def _patch_means(

@@ -7,7 +7,7 @@ from devices import decode, open_device
 from halftone.cli.demo import PHOTOGRAPH
 
 with open_device("mem:", "receipt-80mm") as printer:
-    report = printer.print(PHOTOGRAPH, auto_levels=True, brightness=0.2)
+    report = printer.print(PHOTOGRAPH, auto_levels=True)
     (paper,) = decode(printer.transport.data)
 
 print(report)  # 1 page, 383 rows, 27,… bytes

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from halftone._arrays import mapped
 from halftone.errors import UsageError
 
-__all__ = ["WIDEST", "DotModel"]
+__all__ = ["WIDEST", "DotModel", "neighbourhoods"]
 
 WIDEST = 3.0
 """Diameter, in dots, beyond which a dot would reach past its neighbours."""
@@ -71,11 +71,13 @@ class DotModel:
         for row, given in ((0, above), (-1, below)):
             if given is not None:
                 padded[row, 1:-1] = given
-        code = np.zeros((rows, columns), np.uint16)
-        for bit in range(9):
-            top, left = divmod(bit, 3)
-            code |= padded[top : top + rows, left : left + columns] << np.uint16(bit)
-        return mapped(self.table, code)
+        return mapped(self.table, neighbourhoods(padded))
+
+
+def neighbourhoods(ink: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Places in :attr:`DotModel.table` of the cells of *ink* (M + 2, N + 2), 0 or 1, less its rim."""
+    three = ink[:, :-2] | ink[:, 1:-1] << 1 | ink[:, 2:] << 2
+    return np.asarray(three[:-2] | three[1:-1] << 3 | three[2:] << 6, np.uint16)
 
 
 @lru_cache(maxsize=32)
