@@ -14,7 +14,7 @@ from devices.paper import PATCH, Paper, at_distance, point_spread
 from halftone.errors import HalftoneError, InputError, UsageError
 from halftone.frame import Bands, Frame
 from halftone.images.read import read_picture
-from halftone.tone.dotgain import DotModel
+from halftone.tone.dotgain import DotModel, neighbourhoods
 from halftone.tone.levels import Levels
 from halftone.tone.transfer import encoding
 from tests.oracle import paper as twin
@@ -204,7 +204,7 @@ def test_a_flat_patch_has_the_measured_luminance(share, measured):
 def test_patches_of_measured_paper_are_those_of_the_twin():
     picture = noise(25, 21)
     areas = ROUND.covered((picture == 0).astype(np.uint8))
-    codes = module._codes((picture == 0).astype(np.uint16))
+    codes = neighbourhoods(np.pad((picture == 0).astype(np.uint16), 1))
     got = module._patch_means(ROUND.table.astype(np.float64), codes, 3, 25)
     for row, column in [(3, 0), (11, 10), (24, 20), (16, 7)]:
         expected = twin.patch_mean(areas.tolist(), row, column, PATCH)
