@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.profile import DeviceProfile, folders
+from devices.profile import DeviceProfile, folders, names
 from halftone.errors import OutputError, UsageError
 from halftone.tone.dotgain import DotModel
 
@@ -32,6 +32,8 @@ Pairs = tuple[tuple[float, float], ...]
 SCALES = ("light", "density", "lstar")
 """What typed readings may be, all relative to the bare paper: light in %, D = −log10 light, or L*."""
 
+NEEDED = 0.1
+"""Of the paper's light: steps that differ less are no readings of a chart."""
 DEMANDED = 4.0
 """A freedom is demanded by readings of which it explains so many times the noise's variance: noise alone
 does so once in twenty times."""
@@ -112,13 +114,11 @@ def fit(
     """
     lines = steps is not None and steps < len(light)
     if len(light) < 5 or patterns.shape != (len(light), 512):
-        raise UsageError(
-            f"{len(light)} readings for {len(patterns)} patches; give one for each, 5 or more"
-        )
+        raise UsageError(f"{len(light)} readings for {len(patterns)} patches; needed: 5, one each")
+    if np.ptp(light[:steps]) < NEEDED:
+        raise UsageError("the steps differ by less than 10 % of the paper's light: read them again")
     if noise is not None and not 0 < noise < 0.5:
-        raise UsageError(
-            f"noise = {noise:g}; allowed: above 0, below 0.5, as a share of the paper's light"
-        )
+        raise UsageError(f"noise = {noise:g}; allowed: above 0, below 0.5 of the paper's light")
     patches = _Patches(patterns, light)
     richest = patches.best(_Model(lines, True), 0.0)
     found = noise or patches.noise(richest)
@@ -167,8 +167,8 @@ def save(
     if len(own) < 2:
         raise OutputError("there is no home folder for profiles; set XDG_CONFIG_HOME")
     path = own[0] / f"{name.removesuffix('.toml')}.toml"
-    if path.exists() and not overwrite:
-        raise OutputError(f"'{path}' exists; take another name, or --force to replace it")
+    if (path.exists() or path.stem in names()) and not overwrite:
+        raise OutputError(f"a profile '{path.stem}' exists; take another name, or --force to replace it")
     made = replace(
         base,
         name=path.stem,

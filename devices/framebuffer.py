@@ -129,6 +129,8 @@ class FrameBuffer:
         """Put *pixels* with their upper left corner at (y, x): level indices (or a frame), palette
         indices, or R, G, B codes (m, n, 3); a panel of R, G, B shows level indices as neutral grays."""
         codes = self._codes(pixels)
+        if not codes.size:
+            raise InputError("the picture has no pixels")
         self.memory[self._place(at, codes.shape[:2])] = codes
 
     def write_bytes(self, packed: Any, at: tuple[int, int] = (0, 0), width: int | None = None) -> None:

@@ -115,6 +115,11 @@ class DeviceProfile:
             raise UsageError(
                 "measured: allowed are two or more pairs [predicted, measured luminance], both rising"
             )
+        import numpy as np
+
+        ink, paper = np.interp(self.levels.luminance[[0, -1]], *np.array(pairs).T)
+        if paper - ink < 1e-4 * float(self.levels.lightest - self.levels.darkest):
+            raise UsageError(f"measured: from ink to paper {ink:g} to {paper:g}; calibrate again")
 
     @cached_property
     def levels(self) -> Levels:

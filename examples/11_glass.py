@@ -36,7 +36,8 @@ for column, name in enumerate(PANELS):
     )
     x = GAP + column * (WIDTH + GAP)
     ladder = profile.levels.luminance.tolist()
-    listed = " ".join(f"{v:.3f}" for v in (ladder if len(ladder) < 8 else [*ladder[:3], *ladder[-2:]]))
+    texts = [f"{v:.3f}" for v in ladder]
+    listed = " ".join(texts if len(texts) < 8 else [*texts[:3], "...", *texts[-2:]])
     wedge = halftone.Frame(wedge.indices, wedge.levels, packing=profile.packing)
     sheet.paste(shown(name, wedge), (x, GAP))
     draw.text((x, GAP + WEDGE + 3), f"{name}: {listed}", fill=0)

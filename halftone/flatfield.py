@@ -61,7 +61,7 @@ CLOSEST = 1 / 16384
 """Of the span: tones are not tried closer than this."""
 STEEPEST = 16.0
 """Of the mean slope: where a curve is steeper, it jumps."""
-NOTED = 0.03
+NOTED = 0.04
 """Luminance by which a curve falls that the user is told of; every fall stands in the report."""
 OFF = 0.381966
 """Where in its interval a tone is tried: far from simple fractions, at which textures lock."""
@@ -158,7 +158,8 @@ def print_curve(
     if measured is not None:
         predicted, seen = np.array(measured, np.float64).T
         printed = np.interp(printed, predicted, seen)
-    if not printed[-1] > printed[0]:
+    span = float(levels.lightest - levels.darkest)
+    if not printed[-1] - printed[0] > 1e-4 * span:
         raise UsageError("the measured luminances do not rise from ink to paper; calibrate again")
     notes = []
     fall = float((np.maximum.accumulate(printed) - printed).max())
@@ -168,7 +169,7 @@ def print_curve(
             f"the print curve of '{chosen.text()}' falls by up to {fall:.3f} where its texture "
             "locks: only tones that rise are asked for"
         )
-    if dot.solid < 1:
+    if 1 - dot.solid > STEP / 2 and measured is None:
         notes.append(
             f"dots of {dot.across:g} × {dot.down:g} leave paper between them: the darkest luminance "
             f"that can be printed is {printed.min():.3f}"
@@ -328,8 +329,9 @@ def _path(key: str) -> Path:
 
 
 def _kept(key: str) -> tuple[Float | None, Float | None, str]:
-    if key in _memory:
-        return *_memory[key], "memory"
+    known = _memory.get(key)
+    if known is not None:
+        return *known, "memory"
     try:
         blob = _path(key).read_bytes() if key else b""
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder

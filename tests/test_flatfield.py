@@ -128,7 +128,7 @@ def test_a_curve_that_falls_says_so():
     assert curve.note == ""  # a little is said in the report only
     frame = halftone.convert(PHOTO.astype(np.uint8), profile=RECEIPT, method="floyd-steinberg")
     assert 0.01 < stages(frame)["tone"]["falls"] < 0.03
-    assert "falls by up to 0.0" in print_curve("floyd-steinberg", BILEVEL, DotModel(1.768, 1.768)).note
+    assert "falls by up to 0.0" in print_curve("dots:knuth", BILEVEL, ROUND).note
     smooth = print_curve("zhou-fang", BILEVEL, ROUND)
     assert smooth.rising
     assert smooth.note == ""

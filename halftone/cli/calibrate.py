@@ -55,7 +55,8 @@ def run(options: argparse.Namespace) -> int:
 
     our_devices()
     for name in set().union(*_ALLOWED.values()) - _ALLOWED[options.what]:
-        if getattr(options, name):
+        given = getattr(options, name)
+        if given is not None and given is not False:
             raise UsageError(f"--{'as' if name == 'scale' else name} does not apply to {options.what}")
     if len(options.paths) > 1:
         raise UsageError(f"calibrate {options.what} takes one file, not {len(options.paths)}")
@@ -77,7 +78,7 @@ def _made(options: argparse.Namespace, steps: int) -> Any:
 def _chart(options: argparse.Namespace) -> int:
     if (options.path is None) == (options.to is None):
         raise UsageError("where does the chart go? Give --to URI or OUT.png, one of both")
-    base, chart = _made(options, options.steps or 9)
+    base, chart = _made(options, 9 if options.steps is None else options.steps)
     if options.to is None:
         chart.frame.save(options.path)
     else:
@@ -87,7 +88,9 @@ def _chart(options: argparse.Namespace) -> int:
             device.print(chart.frame)
     _say(
         f"{chart.steps} steps by {chart.method}, row by row from the darkest; then vertical and "
-        "horizontal lines. Next: halftone calibrate fit --device D PHOTO.jpg --save NAME"
+        f"horizontal lines. Next: halftone calibrate fit --device {options.device}"
+        + ("" if options.method is None else f" --method {options.method}")
+        + " PHOTO.jpg --save NAME"
     )
     return 0
 
@@ -160,7 +163,7 @@ def _readings(options: argparse.Namespace) -> tuple[Any, int, str]:
         raise UsageError("from what? Give a PHOTO or --readings, one of both")
     if options.readings is None:
         for name in ("lines", "scale", "steps"):
-            if getattr(options, name):
+            if getattr(options, name) is not None:
                 option = "as" if name == "scale" else name
                 raise UsageError(f"--{option} is for --readings: a photo says it")
         reading = read_chart(options.path, options.encoding)
@@ -168,9 +171,9 @@ def _readings(options: argparse.Namespace) -> tuple[Any, int, str]:
     if options.encoding is not None:
         raise UsageError("--encoding is for a photo")
     given = _numbers("--readings", options.readings)
-    steps = options.steps or len(given)
+    steps = len(given) if options.steps is None else options.steps
     if steps not in STEPS or len(given) != steps:
-        allowed = options.steps or "9 or 17"
+        allowed = options.steps if options.steps in STEPS else "9 or 17"
         raise UsageError(f"{len(given)} readings; allowed: one for each of {allowed} steps")
     if options.lines is not None:
         lines = _numbers("--lines", options.lines)

@@ -93,3 +93,19 @@ def test_mistakes(args: list[str], complaint: str, tmp_path: Path) -> None:
 
 def test_no_chart_in_the_photo(photograph: Path) -> None:
     assert "no chart was found" in run("calibrate", "read", photograph).complaint(3)
+
+
+def test_no_profile_of_ours_is_hidden_without_force(tmp_path: Path) -> None:
+    env = {"XDG_CONFIG_HOME": str(tmp_path)}
+    args = ("calibrate", "fit", "-d", "receipt-80mm", "--readings", "1,4,9,14,22,32,44,60,80", "--save")
+    result = run(*args, "generic-1bit", env=env)
+    assert (result.code, "a profile 'generic-1bit' exists" in result.err) == (1, True)
+    assert list(tmp_path.iterdir()) == []
+    assert run(*args, "generic-1bit", "--force", env=env).code == 0
+
+
+def test_options_that_do_not_apply_are_refused_whatever_they_say(tmp_path: Path) -> None:
+    for option in (("--noise", "0"), ("--readings", ""), ("--save", "")):
+        result = run("calibrate", "chart", "-d", "receipt-80mm", tmp_path / "c.png", *option)
+        assert (result.code, "does not apply" in result.err) == (2, True)
+    assert run("calibrate", "chart", "-d", "receipt-80mm", tmp_path / "c.png", "--steps", "0").code == 2

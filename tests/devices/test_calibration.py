@@ -176,3 +176,10 @@ def test_measured_in_a_profile_is_checked(tmp_path: Path, text: str, complaint: 
     path.write_text(f'title = "t"\nprovenance = "p"\n{text}\n')
     with pytest.raises(UsageError):
         load(path)
+
+
+def test_readings_that_say_nothing_are_refused():
+    chart = make_chart(load("receipt-80mm"), 9)
+    for light in (0.0, 0.05, 1.0):
+        with pytest.raises(UsageError, match="differ by less than 10 %"):
+            fit(chart.patterns[:9], np.full(9, light), None, 9)

@@ -522,3 +522,9 @@ def test_wrong_panels() -> None:
 def test_mistakes_in_the_table_of_glass(table: dict[str, object], word: str) -> None:
     with pytest.raises(UsageError, match=word):
         Glass.of(table)
+
+
+def test_a_picture_without_pixels_is_refused():
+    for shape in ((0, 0), (1, 0)):
+        with pytest.raises(InputError, match="no pixels"):
+            FrameBuffer(load("epaper-4gray")).write(np.zeros(shape, np.uint8))

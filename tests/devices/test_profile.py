@@ -245,3 +245,11 @@ def test_a_profile_in_python() -> None:
     assert made.levels.luminance.tolist() == pytest.approx([0.1, 0.9])
     with pytest.raises(UsageError, match="mine"):
         DeviceProfile("mine", "a test", "made up", width=0)
+
+
+@pytest.mark.parametrize("pairs", ["[[0.0, 0.0], [1.0, 1e-300]]", "[[1.5, 0.1], [1.6, 1.9]]"])
+def test_measured_luminances_that_do_not_rise_from_ink_to_paper(tmp_path: Path, pairs: str) -> None:
+    text = f'title = "t"\nprovenance = "p"\ndot_x = 1.4\ndot_y = 1.4\nmeasured = {pairs}\n'
+    (tmp_path / "x.toml").write_text(text)
+    with pytest.raises(UsageError, match="measured: from ink to paper"):
+        load(tmp_path / "x.toml")
