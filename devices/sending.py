@@ -162,9 +162,8 @@ class Sender:
             self.notify(status)
 
     def _answer(self) -> Status | None:
-        self.give(
-            self.language.status_query, cancellable=False
-        )  # half a query would garble what follows
+        # Once begun it is ended: half a question would garble what follows.
+        self.give(self.language.status_query, cancellable=False)
         reply, end = b"", self.clock() + self.patience.answer
         while (left := end - self.clock()) > 0:
             reply += self._read(min(POLL, left))

@@ -11,11 +11,8 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from devices.languages.base import LIMIT, Language, Page, Piece
-from devices.languages.label import Image, compose, fewest
-from devices.languages.reader import Reader
+from devices.languages.label import Labels
 from halftone.errors import UsageError, near
 from halftone.frame import Frame
 from halftone.packing import bytes_per_row
@@ -114,16 +111,9 @@ HOME = re.compile(rb"R(\d{1,5}),(\d{1,5})")
 PRINT = re.compile(rb"P(\d{1,5})(?:,(\d{1,5}))?")
 
 
-class Decoder:
+class Decoder(Labels):
     """The labels of a stream. Without q or Q a label is as wide and high as its bitmaps need; N clears
     it, P may repeat it."""
-
-    def __init__(self, language: str, data: bytes, limit: int) -> None:
-        self.reader, self.limit, self.left = Reader(language, data), limit, limit
-        self.size, self.home, self.pixels = (0, 0), (0, 0), 0
-        self.settings: dict[str, object] = {}
-        self.laid: list[Image] = []
-        self.made: list[Frame] = []
 
     def frames(self) -> list[Frame]:
         reader = self.reader
@@ -152,7 +142,7 @@ class Decoder:
         elif match := HOME.fullmatch(text):
             self.home = int(match[1]), int(match[2])
         elif match := PRINT.fullmatch(text):
-            self._print(int(match[1]) * int(match[2] or 1), place)
+            self.print(int(match[1]) * int(match[2] or 1), "P", place)
         elif text:
             self._set(text)
         self.reader.place = found.end()
@@ -169,21 +159,4 @@ class Decoder:
         found = BITMAP.match(reader.data, reader.place)
         if not found:
             reader.fail("GW with four numbers expected")
-        x, y, size, height = (int(found[i]) for i in range(1, 5))
-        if not size or not height:
-            reader.fail("a bitmap without dots", found.start(3))
-        self.pixels += fewest(height, size)
-        if self.pixels > self.limit:
-            reader.fail(f"bitmaps of more than {self.limit} pixels", place)
-        reader.place = found.end()
-        rows = np.frombuffer(reader.take(size * height, "rows"), np.uint8).reshape(height, size)
-        self.laid.append(Image(self.home[0] + x, self.home[1] + y, place, ~rows))
-
-    def _print(self, copies: int, place: int) -> None:
-        if not copies:
-            self.reader.fail("0 copies", place)
-        if not self.laid:
-            self.reader.fail("P without a bitmap", place)
-        sheet = compose(self.reader, self.laid, self.size, self.left, place)
-        self.left -= sheet.width * sheet.height
-        self.made.append(sheet.frame(None, copies=copies, **self.settings))
+        self.lay(found, place)

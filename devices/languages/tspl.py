@@ -12,11 +12,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from devices.languages.base import LIMIT, Language, Page, Piece
-from devices.languages.label import Image, compose, fewest
-from devices.languages.reader import Reader
+from devices.languages.label import Labels
 from devices.status import Status
 from halftone.errors import UsageError, near
 from halftone.frame import Frame
@@ -151,17 +148,10 @@ PRINT = re.compile(rb"(\d{1,6})(?:, ?(\d{1,6}))?")
 LINE = re.compile(rb"([^\r\n]{0,80})\r?\n")
 
 
-class Decoder:
+class Decoder(Labels):
     """The labels of a stream. A label whose SIZE is in dots is that wide and high; another (its dots
     a millimetre are not said) is what its bitmaps need. The label stays until CLS: PRINT may repeat it.
     """
-
-    def __init__(self, language: str, data: bytes, limit: int) -> None:
-        self.reader, self.limit, self.left = Reader(language, data), limit, limit
-        self.size, self.home, self.pixels = (0, 0), (0, 0), 0
-        self.settings: dict[str, object] = {}
-        self.laid: list[Image] = []
-        self.made: list[Frame] = []
 
     def frames(self) -> list[Frame]:
         reader = self.reader
@@ -196,7 +186,7 @@ class Decoder:
             self.home = int(home[1]), int(home[2])
         elif name == b"PRINT":
             count = self._match(PRINT, rest, place)
-            self._print(int(count[1]) * int(count[2] or 1), place)
+            self.print(int(count[1]) * int(count[2] or 1), "PRINT", place)
         elif name in SETTINGS:
             key, pattern = SETTINGS[name]
             value = self._match(pattern, rest, place)
@@ -217,22 +207,4 @@ class Decoder:
         found = BITMAP.match(reader.data, reader.place)
         if not found:
             reader.fail("BITMAP with five numbers and mode 0 or 1 expected")
-        x, y, size, height = (int(found[i]) for i in range(1, 5))
-        if not size or not height:
-            reader.fail("a bitmap without dots", found.start(3))
-        self.pixels += fewest(height, size)
-        if self.pixels > self.limit:
-            reader.fail(f"bitmaps of more than {self.limit} pixels", place)
-        reader.place = found.end()
-        rows = np.frombuffer(reader.take(size * height, "rows"), np.uint8).reshape(height, size)
-        over = found[5] == b"0"
-        self.laid.append(Image(self.home[0] + x, self.home[1] + y, place, ~rows, over))
-
-    def _print(self, copies: int, place: int) -> None:
-        if not copies:
-            self.reader.fail("0 copies", place)
-        if not self.laid:
-            self.reader.fail("PRINT without a bitmap", place)
-        sheet = compose(self.reader, self.laid, self.size, self.left, place)
-        self.left -= sheet.width * sheet.height
-        self.made.append(sheet.frame(None, copies=copies, **self.settings))
+        self.lay(found, place, over=found[5] == b"0")
